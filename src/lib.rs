@@ -1,0 +1,3 @@
+//! Tyndall: a renderer for pbrt-v3 scene files.
+
+pub mod describe;

@@ -1,0 +1,3 @@
+//! The `tyndall` program.
+
+fn main() {}
