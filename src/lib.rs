@@ -1,3 +1,9 @@
 //! Tyndall: a renderer for pbrt-v3 scene files.
 
+pub mod accel;
 pub mod describe;
+pub mod ids;
+pub mod math;
+pub mod sampler;
+pub mod sampling;
+pub mod shape;

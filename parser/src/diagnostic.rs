@@ -56,8 +56,21 @@ impl Diagnostic {
     }
 
     /// A finding with every part but label, notes and help.
-    pub fn new(severity: Severity, code: &'static str, span: Option<Span>, message: String) -> Self {
-        Self { severity, code, message, span, label: String::new(), notes: Vec::new(), help: None }
+    pub fn new(
+        severity: Severity,
+        code: &'static str,
+        span: Option<Span>,
+        message: String,
+    ) -> Self {
+        Self {
+            severity,
+            code,
+            message,
+            span,
+            label: String::new(),
+            notes: Vec::new(),
+            help: None,
+        }
     }
 
     /// Adds the text under the caret.
