@@ -1,0 +1,3 @@
+//! Random choices and their densities, one routine for both.
+
+pub mod distribution;
