@@ -2,11 +2,17 @@
 
 pub mod accel;
 pub mod describe;
+<<<<<<< HEAD
 pub mod ids;
+pub mod image;
 pub mod math;
 pub mod medium;
 pub mod sampler;
 pub mod sampling;
 pub mod scatter;
 pub mod shape;
+=======
+pub mod image;
+pub mod sampling;
+>>>>>>> image
 pub mod spectrum;
