@@ -2,7 +2,6 @@
 
 pub mod accel;
 pub mod describe;
-<<<<<<< HEAD
 pub mod ids;
 pub mod image;
 pub mod math;
@@ -11,8 +10,4 @@ pub mod sampler;
 pub mod sampling;
 pub mod scatter;
 pub mod shape;
-=======
-pub mod image;
-pub mod sampling;
->>>>>>> image
 pub mod spectrum;

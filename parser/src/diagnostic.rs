@@ -1,6 +1,12 @@
-//! Located diagnostics: what is wrong, where, and how to mend it.
+//! Located diagnostics: what is wrong, where, and how to mend it. Prints nothing; renders to a `String`.
 
-use crate::source::Span;
+use std::collections::HashSet;
+use std::ops::Range;
+
+use annotate_snippets::renderer::DecorStyle;
+use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet};
+
+use crate::source::{Location, Sources, Span};
 
 /// How bad it is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
@@ -30,6 +36,27 @@ pub struct Diagnostic {
     pub notes: Vec<(Span, String)>,
     /// How to mend it, e.g. `did you mean "roughness"?`.
     pub help: Option<String>,
+}
+
+/// Whether rendered text carries ANSI colours.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Style {
+    /// Plain text.
+    #[default]
+    Plain,
+    /// ANSI colours, as rustc uses them.
+    Coloured,
+}
+
+/// How many findings there are of each severity.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Counts {
+    /// Number of warnings.
+    pub warnings: usize,
+    /// Number of errors.
+    pub errors: usize,
+    /// Number of fatal errors.
+    pub fatal: usize,
 }
 
 /// The findings of a run, in the order they were made.
@@ -90,11 +117,320 @@ impl Diagnostic {
         self.help = Some(help.into());
         self
     }
+
+    /// The text shown to the user, carets included, with a line feed at the end.
+    ///
+    /// ```text
+    /// error[unknown-parameter-type]: `flaot` is no parameter type
+    ///   --> scenes/ball.pbrt:3:16
+    ///    |
+    ///  3 | Shape "sphere" "flaot radius" 2
+    ///    |                ^^^^^^^^^^^^^^
+    ///    = help: did you mean "float"?
+    /// ```
+    pub fn render(&self, sources: &Sources, style: Style) -> String {
+        let title = match self.severity {
+            Severity::Warning => Level::WARNING,
+            Severity::Error => Level::ERROR,
+            Severity::Fatal => Level::ERROR.with_name("fatal"),
+        };
+        let mut group = Group::with_title(title.primary_title(self.message.as_str()).id(self.code));
+        if let Some(span) = self.span {
+            group = Self::place(group, sources, span, &self.label, AnnotationKind::Primary);
+            for include in sources.include_chain(span.file) {
+                group = group.element(
+                    Level::NOTE.message(format!("included from {}", sources.place(include))),
+                );
+            }
+        }
+        for (span, text) in &self.notes {
+            group = Self::place(group, sources, *span, text, AnnotationKind::Context);
+        }
+        if let Some(help) = &self.help {
+            group = group.element(Level::HELP.message(help.as_str()));
+        }
+        let renderer = match style {
+            Style::Plain => Renderer::plain(),
+            Style::Coloured => Renderer::styled(),
+        };
+        let mut text = renderer.decor_style(DecorStyle::Ascii).render(&[group]);
+        text.push('\n');
+        text
+    }
+
+    /// Adds `--> file:line:column` and the source line under it.
+    fn place<'a>(
+        group: Group<'a>,
+        sources: &Sources,
+        span: Span,
+        label: &'a str,
+        kind: AnnotationKind,
+    ) -> Group<'a> {
+        let excerpt = Excerpt::new(sources, span);
+        let Location { line, column } = sources.location(span);
+        let name = printable(sources.name(span.file));
+        let annotation = kind.span(excerpt.marked.clone());
+        let annotation = if label.is_empty() {
+            annotation
+        } else {
+            annotation.label(label)
+        };
+        let snippet = Snippet::source(excerpt.text)
+            .line_start(line)
+            .annotation(annotation);
+        if excerpt.starts_line {
+            group.element(snippet.path(name))
+        } else {
+            // The renderer would count columns from the cut.
+            group
+                .element(Origin::path(name).line(line).char_column(column))
+                .element(snippet)
+        }
+    }
+}
+
+/// The part of a source line around a span, made printable.
+struct Excerpt {
+    text: String,
+    /// Bytes of `text` to underline.
+    marked: Range<usize>,
+    /// Whether nothing is cut off before it.
+    starts_line: bool,
+}
+
+impl Excerpt {
+    /// Source bytes shown before the place.
+    const BEFORE: usize = 100;
+    /// Source bytes shown from the place on.
+    const BEHIND: usize = 100;
+
+    fn new(sources: &Sources, span: Span) -> Self {
+        let line = sources.line_span(span);
+        let at = span.lo.clamp(line.lo, line.hi);
+        let lo = line.lo.max(at.saturating_sub(Self::BEFORE as u32));
+        let hi = line.hi.min(at.saturating_add(Self::BEHIND as u32));
+        let marked_to = span.hi.clamp(at, hi);
+        let mut text = String::new();
+        if lo > line.lo {
+            text.push('…');
+        }
+        let mut add = |lo: u32, hi: u32| {
+            text.push_str(&printable(&String::from_utf8_lossy(sources.text(Span {
+                lo,
+                hi,
+                ..span
+            }))));
+            text.len()
+        };
+        let marked = add(lo, at)..add(at, marked_to);
+        add(marked_to, hi);
+        if hi < line.hi {
+            text.push('…');
+        }
+        Self {
+            text,
+            marked,
+            starts_line: lo == line.lo,
+        }
+    }
+}
+
+/// Control characters other than TAB as replacement characters: none reaches a terminal, none ends the line.
+fn printable(text: &str) -> String {
+    text.chars()
+        .map(|c| {
+            if c.is_control() && c != '\t' {
+                char::REPLACEMENT_CHARACTER
+            } else {
+                c
+            }
+        })
+        .collect()
 }
 
 impl Diagnostics {
+    /// Nothing found.
+    pub fn new() -> Self {
+        Self::default()
+    }
+
     /// Records a finding.
     pub fn push(&mut self, diagnostic: Diagnostic) {
         self.list.push(diagnostic);
+    }
+
+    /// All findings in the order they were made.
+    pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
+        self.list.iter()
+    }
+
+    /// Number of findings.
+    pub fn len(&self) -> usize {
+        self.list.len()
+    }
+
+    /// Whether nothing was found.
+    pub fn is_empty(&self) -> bool {
+        self.list.is_empty()
+    }
+
+    /// Whether the picture will not be what the files ask for: an error or a fatal error was found.
+    pub fn has_errors(&self) -> bool {
+        self.worst() >= Some(Severity::Error)
+    }
+
+    /// Whether nothing can be rendered.
+    pub fn has_fatal(&self) -> bool {
+        self.worst() == Some(Severity::Fatal)
+    }
+
+    /// The worst severity found.
+    pub fn worst(&self) -> Option<Severity> {
+        self.list.iter().map(|diagnostic| diagnostic.severity).max()
+    }
+
+    /// How many findings there are of each severity.
+    pub fn counts(&self) -> Counts {
+        let mut counts = Counts::default();
+        for diagnostic in &self.list {
+            match diagnostic.severity {
+                Severity::Warning => counts.warnings += 1,
+                Severity::Error => counts.errors += 1,
+                Severity::Fatal => counts.fatal += 1,
+            }
+        }
+        counts
+    }
+
+    /// Renders every finding, a blank line behind each. Findings that read the same are shown once.
+    pub fn render(&self, sources: &Sources, style: Style) -> String {
+        let mut seen = HashSet::new();
+        let mut text = String::new();
+        for diagnostic in &self.list {
+            let rendered = diagnostic.render(sources, style);
+            if !seen.contains(&rendered) {
+                text.push_str(&rendered);
+                text.push('\n');
+                seen.insert(rendered);
+            }
+        }
+        text
+    }
+}
+
+impl Extend<Diagnostic> for Diagnostics {
+    fn extend<T: IntoIterator<Item = Diagnostic>>(&mut self, more: T) {
+        self.list.extend(more);
+    }
+}
+
+impl IntoIterator for Diagnostics {
+    type Item = Diagnostic;
+    type IntoIter = std::vec::IntoIter<Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.list.into_iter()
+    }
+}
+
+impl<'a> IntoIterator for &'a Diagnostics {
+    type Item = &'a Diagnostic;
+    type IntoIter = std::slice::Iter<'a, Diagnostic>;
+
+    fn into_iter(self) -> Self::IntoIter {
+        self.iter()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Counts, Diagnostic, Diagnostics, Severity, Style};
+    use crate::source::{Sources, Span};
+
+    fn plain(text: &[u8], lo: u32, hi: u32) -> String {
+        let mut sources = Sources::new();
+        let file = sources.add_text("a.pbrt", text);
+        Diagnostic::error("some-code", Span::new(file, lo, hi), "it is wrong")
+            .with_label("here")
+            .with_help("mend it")
+            .render(&sources, Style::Plain)
+    }
+
+    #[test]
+    fn rendering_names_place_code_line_and_help() {
+        let text = plain(b"Identity\nShape 5\n", 15, 16);
+        let expected = "error[some-code]: it is wrong\n --> a.pbrt:2:7\n  |\n2 | Shape 5\n  |       ^ here\n  |\n  = help: mend it\n";
+        assert_eq!(text, expected);
+    }
+
+    #[test]
+    fn endless_lines_are_cut_around_the_place_and_keep_their_column() {
+        let mut line = vec![b'x'; 200_000];
+        line[100_000] = b'Y';
+        let text = plain(&line, 100_000, 150_000);
+        assert!(text.contains("a.pbrt:1:100001"), "{text}");
+        assert!(text.contains("xY"), "{text}");
+        assert!(text.len() < 1500, "{}", text.len());
+    }
+
+    #[test]
+    fn any_bytes_and_any_span_can_be_shown() {
+        let bytes: Vec<u8> = (0..=255)
+            .chain([0x1b, b'[', b'2', b'J', 0xe2, 0x82])
+            .collect();
+        for lo in 0..bytes.len() as u32 + 3 {
+            for hi in [lo, lo + 1, lo + 200, 0, u32::MAX] {
+                let text = plain(&bytes, lo, hi);
+                assert!(text.contains("a.pbrt:") && !text.contains('\x1b'), "{text}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_include_chain_is_shown() {
+        let mut sources = Sources::new();
+        let a = sources.add_text("a.pbrt", "\nInclude \"b\"");
+        let b = sources.add_included(
+            "b.pbrt",
+            std::sync::Arc::new(b"bad".to_vec()),
+            Span::new(a, 1, 12),
+        );
+        let text = Diagnostic::warning("c", Span::new(b, 0, 3), "m").render(&sources, Style::Plain);
+        assert!(text.contains("included from a.pbrt:2:1"), "{text}");
+    }
+
+    #[test]
+    fn colours_are_escapes_and_only_on_demand() {
+        let sources = Sources::new();
+        let fatal = Diagnostic::new(Severity::Fatal, "c", None, "m".into());
+        assert!(fatal.render(&sources, Style::Coloured).contains("\x1b["));
+        assert_eq!(fatal.render(&sources, Style::Plain), "fatal[c]: m\n");
+    }
+
+    #[test]
+    fn repeated_findings_are_shown_once_and_counted_all() {
+        let mut found = Diagnostics::new();
+        let one = Diagnostic::new(Severity::Warning, "c", None, "m".into());
+        found.extend([
+            one.clone(),
+            one.clone(),
+            Diagnostic {
+                severity: Severity::Error,
+                ..one
+            },
+        ]);
+        assert_eq!(
+            found.render(&Sources::new(), Style::Plain),
+            "warning[c]: m\n\nerror[c]: m\n\n"
+        );
+        assert_eq!(
+            found.counts(),
+            Counts {
+                warnings: 2,
+                errors: 1,
+                fatal: 0
+            }
+        );
+        assert!(found.has_errors() && !found.has_fatal());
     }
 }

@@ -1,0 +1,454 @@
+//! The grammar: tokens to directives. Knows no file system and no meaning of plugin names.
+//!
+//! Where pbrt-v3 stops at the first fault, this reports it as [`Severity::Fatal`](crate::diagnostic::Severity) and goes
+//! on with the next directive keyword, so that one run shows all faults. The lexer is built from nom parsers; the
+//! grammar is not, because its input is a stack of files whose tokens run on across file ends.
+
+use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::directive::{ActiveTransform, Directive, Plugin, SceneFile};
+use crate::include::{Kind, Lexeme, Loader, TokenStream};
+use crate::lexer;
+use crate::numbers::{self, Literal, Number};
+use crate::source::{FileId, Sources, Span, Spanned, excerpt};
+use crate::suggest::closest;
+
+mod parameters;
+
+/// Every directive keyword of pbrt-v3.
+pub(crate) const KEYWORDS: [&str; 37] = [
+    "Accelerator",
+    "ActiveTransform",
+    "AreaLightSource",
+    "AttributeBegin",
+    "AttributeEnd",
+    "Camera",
+    "ConcatTransform",
+    "CoordSysTransform",
+    "CoordinateSystem",
+    "Film",
+    "Identity",
+    "Include",
+    "Integrator",
+    "LightSource",
+    "LookAt",
+    "MakeNamedMaterial",
+    "MakeNamedMedium",
+    "Material",
+    "MediumInterface",
+    "NamedMaterial",
+    "ObjectBegin",
+    "ObjectEnd",
+    "ObjectInstance",
+    "PixelFilter",
+    "ReverseOrientation",
+    "Rotate",
+    "Sampler",
+    "Scale",
+    "Shape",
+    "Texture",
+    "Transform",
+    "TransformBegin",
+    "TransformEnd",
+    "TransformTimes",
+    "Translate",
+    "WorldBegin",
+    "WorldEnd",
+];
+
+/// Parses one scene: a top-level file and whatever it includes.
+///
+/// Never fails, never panics, prints nothing and reads nothing but through `loader`; included files are added to
+/// `sources`. A result with [`Severity::Fatal`](crate::diagnostic::Severity) findings holds what could be understood.
+pub fn parse(sources: &mut Sources, root: FileId, loader: &dyn Loader) -> (SceneFile, Diagnostics) {
+    parse_all(sources, &[root], loader)
+}
+
+/// Parses several top-level files as one scene: directives in order of the files.
+///
+/// As in pbrt-v3 each file has its own search directory (the loader is told its name), and no parameter list goes on
+/// from one top-level file to the next.
+pub fn parse_all(
+    sources: &mut Sources,
+    roots: &[FileId],
+    loader: &dyn Loader,
+) -> (SceneFile, Diagnostics) {
+    let mut parser = Parser {
+        tokens: TokenStream::new(sources, loader),
+        directives: Vec::new(),
+    };
+    for &root in roots {
+        parser.tokens.open(root);
+        parser.run();
+    }
+    (
+        SceneFile {
+            directives: parser.directives,
+        },
+        parser.tokens.report.finish(),
+    )
+}
+
+/// The fault is reported; what follows is no longer understood up to the next keyword.
+struct Resync;
+
+/// What a part of the grammar yields.
+type Parsed<T> = Result<T, Resync>;
+
+/// The state of one parse.
+struct Parser<'a> {
+    tokens: TokenStream<'a>,
+    directives: Vec<Spanned<Directive>>,
+}
+
+impl Parser<'_> {
+    /// Parses all that is open.
+    fn run(&mut self) {
+        while let Some(lexeme) = self.tokens.next() {
+            if self.tokens.report.is_full() {
+                return;
+            }
+            let parsed = match self.keyword(lexeme) {
+                Some(keyword) => {
+                    self.tokens.start_extent(lexeme.span);
+                    self.directive(keyword)
+                }
+                None => {
+                    self.report_stray(lexeme);
+                    Err(Resync)
+                }
+            };
+            match parsed {
+                Ok(Some(directive)) => self
+                    .directives
+                    .push(Spanned::new(directive, self.tokens.extent())),
+                Ok(None) => {}
+                Err(Resync) => self.resync(),
+            }
+        }
+    }
+
+    /// One directive behind its keyword; `None` for an `Include`, which acts at once.
+    fn directive(&mut self, keyword: &str) -> Parsed<Option<Directive>> {
+        Ok(Some(match keyword {
+            "Accelerator" => Directive::Accelerator(self.plugin()?),
+            "ActiveTransform" => Directive::ActiveTransform(self.active_transform()?),
+            "AreaLightSource" => Directive::AreaLightSource(self.plugin()?),
+            "AttributeBegin" => Directive::AttributeBegin,
+            "AttributeEnd" => Directive::AttributeEnd,
+            "Camera" => Directive::Camera(self.plugin()?),
+            "ConcatTransform" => Directive::ConcatTransform(self.matrix()?),
+            "CoordSysTransform" => Directive::CoordSysTransform(self.name()?),
+            "CoordinateSystem" => Directive::CoordinateSystem(self.name()?),
+            "Film" => Directive::Film(self.plugin()?),
+            "Identity" => Directive::Identity,
+            "Include" => {
+                let path = self.string("the path of a file in quotes")?;
+                self.tokens.include(&path.value, self.tokens.extent());
+                return Ok(None);
+            }
+            "Integrator" => Directive::Integrator(self.plugin()?),
+            "LightSource" => Directive::LightSource(self.plugin()?),
+            "LookAt" => Directive::LookAt {
+                eye: self.numbers()?,
+                target: self.numbers()?,
+                up: self.numbers()?,
+            },
+            "MakeNamedMaterial" => Directive::MakeNamedMaterial(self.plugin()?),
+            "MakeNamedMedium" => Directive::MakeNamedMedium(self.plugin()?),
+            "Material" => Directive::Material(self.plugin()?),
+            "MediumInterface" => Directive::MediumInterface {
+                inside: self.name()?,
+                outside: self.optional_string(),
+            },
+            "NamedMaterial" => Directive::NamedMaterial(self.named_material()?),
+            "ObjectBegin" => Directive::ObjectBegin(self.name()?),
+            "ObjectEnd" => Directive::ObjectEnd,
+            "ObjectInstance" => Directive::ObjectInstance(self.name()?),
+            "PixelFilter" => Directive::PixelFilter(self.plugin()?),
+            "ReverseOrientation" => Directive::ReverseOrientation,
+            "Rotate" => {
+                let [degrees] = self.numbers()?;
+                Directive::Rotate {
+                    degrees,
+                    axis: self.numbers()?,
+                }
+            }
+            "Sampler" => Directive::Sampler(self.plugin()?),
+            "Scale" => Directive::Scale(self.numbers()?),
+            "Shape" => Directive::Shape(self.plugin()?),
+            "Texture" => {
+                let name = self.name()?;
+                let value_type = self.string("the type of the texture's values in quotes")?;
+                Directive::Texture {
+                    name,
+                    value_type,
+                    class: self.plugin()?,
+                }
+            }
+            "Transform" => Directive::Transform(self.matrix()?),
+            "TransformBegin" => Directive::TransformBegin,
+            "TransformEnd" => Directive::TransformEnd,
+            "TransformTimes" => Directive::TransformTimes(self.numbers()?),
+            "Translate" => Directive::Translate(self.numbers()?),
+            "WorldBegin" => Directive::WorldBegin,
+            // The only keyword left; a test walks through all of them.
+            _ => Directive::WorldEnd,
+        }))
+    }
+
+    /// A quoted name and a parameter list.
+    fn plugin(&mut self) -> Parsed<Plugin> {
+        Ok(Plugin {
+            name: self.name()?,
+            params: self.params(),
+        })
+    }
+
+    /// The name of `NamedMaterial`. pbrt-v3 stops at parameters behind it; here they are read, and said to do nothing.
+    fn named_material(&mut self) -> Parsed<Plugin> {
+        let plugin = self.plugin()?;
+        if let Some(first) = plugin.params.iter().next() {
+            let message = "`NamedMaterial` takes no parameters";
+            let help = "set them where the material is made, with `MakeNamedMaterial`";
+            self.report(
+                Diagnostic::error("unexpected-parameters", first.decl_span, message)
+                    .with_help(help),
+            );
+        }
+        Ok(plugin)
+    }
+
+    /// A name in quotes.
+    fn name(&mut self) -> Parsed<Spanned<String>> {
+        self.string("a name in quotes")
+    }
+
+    /// A quoted string; `what` completes "expected …".
+    fn string(&mut self, what: &str) -> Parsed<Spanned<String>> {
+        let lexeme = self.required(what)?;
+        if lexeme.kind == Kind::Quoted {
+            Ok(self.unquote(lexeme))
+        } else {
+            Err(self.unexpected(lexeme, what))
+        }
+    }
+
+    /// A quoted string if one follows.
+    fn optional_string(&mut self) -> Option<Spanned<String>> {
+        let lexeme = self.tokens.next()?;
+        if lexeme.kind == Kind::Quoted {
+            return Some(self.unquote(lexeme));
+        }
+        self.tokens.push_back(lexeme);
+        None
+    }
+
+    /// Plain numbers, no brackets.
+    fn numbers<const N: usize>(&mut self) -> Parsed<[f64; N]> {
+        let mut values = [0.0; N];
+        for value in &mut values {
+            let lexeme = self.required("a number")?;
+            *value = self.number(lexeme)?.to_f64();
+        }
+        Ok(values)
+    }
+
+    /// Sixteen numbers in brackets.
+    fn matrix(&mut self) -> Parsed<[f64; 16]> {
+        self.bracket(Kind::Open, "`[` and the sixteen numbers of a matrix")?;
+        let matrix = self.numbers()?;
+        self.bracket(Kind::Close, "`]` behind the sixteen numbers of a matrix")?;
+        Ok(matrix)
+    }
+
+    fn bracket(&mut self, kind: Kind, what: &str) -> Parsed<()> {
+        let lexeme = self.required(what)?;
+        if lexeme.kind == kind {
+            Ok(())
+        } else {
+            Err(self.unexpected(lexeme, what))
+        }
+    }
+
+    fn active_transform(&mut self) -> Parsed<ActiveTransform> {
+        const WHAT: &str = "`All`, `StartTime` or `EndTime`, without quotes";
+        let lexeme = self.required(WHAT)?;
+        match self.tokens.text(lexeme) {
+            b"All" => Ok(ActiveTransform::All),
+            b"StartTime" => Ok(ActiveTransform::StartTime),
+            b"EndTime" => Ok(ActiveTransform::EndTime),
+            _ => Err(self.unexpected(lexeme, WHAT)),
+        }
+    }
+
+    /// The number a word spells. Garbage behind it is ignored with a warning, as pbrt-v3 ignores it silently.
+    fn number(&mut self, lexeme: Lexeme) -> Parsed<Number> {
+        let text = self.tokens.text(lexeme);
+        let Some(Literal { number, used }) = (if lexeme.kind == Kind::Word {
+            numbers::literal(text)
+        } else {
+            None
+        }) else {
+            return Err(self.unexpected(lexeme, "a number"));
+        };
+        if used < text.len() {
+            let garbage = Span {
+                lo: lexeme.span.lo + used as u32,
+                ..lexeme.span
+            };
+            let value = String::from_utf8_lossy(&text[..used.min(40)]);
+            let message = format!("malformed number `{}`", excerpt(text));
+            let label = format!("ignored: the number is read as {value}");
+            self.report(
+                Diagnostic::warning("malformed-number", garbage, message).with_label(label),
+            );
+        }
+        Ok(number)
+    }
+
+    /// The next token, which must exist.
+    fn required(&mut self, what: &str) -> Parsed<Lexeme> {
+        self.tokens.next().ok_or_else(|| {
+            let message = format!("expected {what}, found the end of the scene");
+            self.report(Diagnostic::fatal(
+                "unexpected-end",
+                self.tokens.end(),
+                message,
+            ));
+            Resync
+        })
+    }
+
+    /// Reports a token that is not what should stand there, and gives it back: it may be the next keyword.
+    fn unexpected(&mut self, lexeme: Lexeme, what: &str) -> Resync {
+        if lexeme.kind != Kind::Unterminated {
+            let message = format!("expected {what}, found `{}`", self.tokens.shown(lexeme));
+            self.report(Diagnostic::fatal("unexpected-token", lexeme.span, message));
+        }
+        self.tokens.push_back(lexeme);
+        Resync
+    }
+
+    /// Reports a token where a directive should start.
+    fn report_stray(&mut self, lexeme: Lexeme) {
+        let shown = self.tokens.shown(lexeme);
+        let fault = match lexeme.kind {
+            Kind::Unterminated => return,
+            Kind::Word if numbers::literal(self.tokens.text(lexeme)).is_none() => {
+                let fault = Diagnostic::fatal(
+                    "unknown-directive",
+                    lexeme.span,
+                    format!("unknown directive `{shown}`"),
+                );
+                match closest(&shown, KEYWORDS) {
+                    Some(keyword) => fault.with_help(format!("did you mean `{keyword}`?")),
+                    None => fault,
+                }
+            }
+            _ => {
+                let message = format!("expected a directive, found `{shown}`");
+                Diagnostic::fatal("unexpected-token", lexeme.span, message)
+            }
+        };
+        self.report(fault);
+    }
+
+    /// Skips to the next directive keyword.
+    fn resync(&mut self) {
+        while let Some(lexeme) = self.tokens.next() {
+            if self.keyword(lexeme).is_some() {
+                self.tokens.push_back(lexeme);
+                return;
+            }
+            // Long lists are passed over at full speed.
+            self.tokens.numbers(|_| ());
+        }
+    }
+
+    /// The keyword a token is.
+    fn keyword(&self, lexeme: Lexeme) -> Option<&'static str> {
+        if lexeme.kind != Kind::Word {
+            return None;
+        }
+        let text = self.tokens.text(lexeme);
+        let capital = text.first().is_some_and(u8::is_ascii_uppercase);
+        KEYWORDS
+            .into_iter()
+            .find(|keyword| capital && keyword.as_bytes() == text)
+    }
+
+    /// The text between the quotes, escapes undone.
+    fn unquote(&mut self, lexeme: Lexeme) -> Spanned<String> {
+        let mut unknown = Vec::new();
+        let bytes = lexer::unescape(self.tokens.text(lexeme), |offset| {
+            // One is enough: the findings are capped anyhow, and the memory must be.
+            if unknown.is_empty() {
+                unknown.push(offset);
+            }
+        });
+        for offset in unknown {
+            let lo = lexeme.span.lo + offset as u32;
+            let span = Span {
+                lo,
+                hi: (lo + 2).min(lexeme.span.hi),
+                ..lexeme.span
+            };
+            let message = format!(
+                "unknown escape `{}`",
+                excerpt(self.tokens.sources.text(span))
+            );
+            let help = r#"the escapes are \b \f \n \r \t \\ \' \"; a backslash in a path is written twice"#;
+            self.report(Diagnostic::fatal("unknown-escape", span, message).with_help(help));
+        }
+        let value = String::from_utf8(bytes).unwrap_or_else(|error| {
+            let message = "the string is not UTF-8";
+            let label = "the bytes in question are replaced";
+            self.report(Diagnostic::warning("not-utf8", lexeme.span, message).with_label(label));
+            String::from_utf8_lossy(error.as_bytes()).into_owned()
+        });
+        Spanned::new(value, lexeme.span)
+    }
+
+    fn report(&mut self, diagnostic: Diagnostic) {
+        self.tokens.report.push(diagnostic);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{KEYWORDS, parse};
+    use crate::include::NoIncludes;
+    use crate::source::Sources;
+
+    #[test]
+    fn every_keyword_leads_to_its_own_directive() {
+        for keyword in KEYWORDS.into_iter().filter(|keyword| *keyword != "Include") {
+            let numbers = match keyword {
+                "Transform" | "ConcatTransform" => format!("[{}]", "1 ".repeat(16)),
+                "Translate" | "Scale" => "1 2 3".into(),
+                "Rotate" => "1 2 3 4".into(),
+                "LookAt" => "1 2 3 4 5 6 7 8 9".into(),
+                "TransformTimes" => "0 1".into(),
+                "ActiveTransform" => "All".into(),
+                "Texture" => r#""a" "float" "b""#.into(),
+                _ if keyword.ends_with("Begin") && keyword != "ObjectBegin"
+                    || keyword.ends_with("End") =>
+                {
+                    "".into()
+                }
+                "Identity" | "ReverseOrientation" => "".into(),
+                _ => "\"a\"".into(),
+            };
+            let mut sources = Sources::new();
+            let file = sources.add_text("a", format!("{keyword} {numbers}"));
+            let (scene, found) = parse(&mut sources, file, &NoIncludes);
+            assert!(found.is_empty(), "{keyword}: {found:?}");
+            let keywords: Vec<_> = scene
+                .directives
+                .iter()
+                .map(|directive| directive.value.keyword())
+                .collect();
+            assert_eq!(keywords, [keyword]);
+        }
+    }
+}
