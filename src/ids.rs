@@ -7,6 +7,12 @@ macro_rules! id {
         #[repr(transparent)]
         pub struct $name(pub u32);
 
+        impl Default for $name {
+            fn default() -> Self {
+                Self::NONE
+            }
+        }
+
         impl $name {
             /// The id that refers to nothing.
             pub const NONE: Self = Self(u32::MAX);

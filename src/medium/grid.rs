@@ -46,13 +46,20 @@ impl DensityGrid {
             for z in lo[2]..=hi[2] + 1 {
                 for y in lo[1]..=hi[1] + 1 {
                     let line = (z * py + y) * px;
-                    bound = padded[line + lo[0]..=line + hi[0] + 1].iter().copied().fold(bound, f32::max);
+                    bound = padded[line + lo[0]..=line + hi[0] + 1]
+                        .iter()
+                        .copied()
+                        .fold(bound, f32::max);
                 }
             }
             // Interpolation may round up.
             bound * (1.0 + 8.0 * f32::EPSILON)
         });
-        Self { padded, n, majorants }
+        Self {
+            padded,
+            n,
+            majorants,
+        }
     }
 
     /// Interpolated density at a point of voxel space inside the grid's box.
@@ -115,13 +122,18 @@ impl GridMedium {
         let n = density.n.map(|n| n as f64);
         let scale = glam::DAffine3::from_scale(glam::DVec3::from(n));
         let affine = scale * *unit_from_render.affine();
-        let voxel_from_render = Affine3A::from_mat3_translation(
-            affine.matrix3.as_mat3(),
-            affine.translation.as_vec3(),
-        );
+        let voxel_from_render =
+            Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3());
         let sigma_t = sigma_a + sigma_s;
         let is_grey = sigma_t.min_component() == sigma_t.max_component();
-        Self { density, voxel_from_render, sigma_t, sigma_s, phase, is_grey }
+        Self {
+            density,
+            voxel_from_render,
+            sigma_t,
+            sigma_s,
+            phase,
+            is_grey,
+        }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -173,14 +185,20 @@ impl GridMedium {
     /// 2017), where the throughput of the path decides between real and null collisions.
     pub(super) fn sample(&self, ray: &Ray, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
         if self.sigma_s.is_black() {
-            return MediumEvent::Pass { weight: self.transmittance(ray, t_max, rng) };
+            return MediumEvent::Pass {
+                weight: self.transmittance(ray, t_max, rng),
+            };
         }
         let sigma = self.sigma_t.max_component();
         if self.is_grey {
             let albedo = self.sigma_s * (1.0 / sigma);
             return self
-                .track(ray, t_max, sigma, rng, |t, ratio, rng| (rng.uniform() < ratio).then_some(t))
-                .map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| MediumEvent::Scatter { t, weight: albedo });
+                .track(ray, t_max, sigma, rng, |t, ratio, rng| {
+                    (rng.uniform() < ratio).then_some(t)
+                })
+                .map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| {
+                    MediumEvent::Scatter { t, weight: albedo }
+                });
         }
         let relative = self.sigma_t * (1.0 / sigma);
         let scattering = self.sigma_s * (1.0 / sigma);

@@ -31,7 +31,11 @@ pub(super) fn beer_lambert(sigma: Rgb, t: f32) -> Rgb {
 impl Homogeneous {
     /// Coefficients are non-negative and finite, per unit of render space.
     pub fn new(sigma_a: Rgb, sigma_s: Rgb, phase: HenyeyGreenstein) -> Self {
-        Self { sigma_t: sigma_a + sigma_s, sigma_s, phase }
+        Self {
+            sigma_t: sigma_a + sigma_s,
+            sigma_s,
+            phase,
+        }
     }
 
     pub(super) fn is_empty(&self) -> bool {
@@ -46,7 +50,9 @@ impl Homogeneous {
     /// channels; pbrt 3rd ed., section 15.2.1). A medium that only absorbs needs no dice.
     pub(super) fn sample(&self, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
         if self.sigma_s.is_black() {
-            return MediumEvent::Pass { weight: self.transmittance(t_max) };
+            return MediumEvent::Pass {
+                weight: self.transmittance(t_max),
+            };
         }
         let q = channel_weights(beta);
         let u = rng.uniform();
@@ -64,10 +70,15 @@ impl Homogeneous {
         if t < t_max {
             let tr = beer_lambert(excess, t);
             let pdf = dot(q, self.sigma_t * tr);
-            MediumEvent::Scatter { t, weight: self.sigma_s * tr * (1.0 / pdf) }
+            MediumEvent::Scatter {
+                t,
+                weight: self.sigma_s * tr * (1.0 / pdf),
+            }
         } else {
             let tr = beer_lambert(excess, t_max);
-            MediumEvent::Pass { weight: tr * (1.0 / dot(q, tr)) }
+            MediumEvent::Pass {
+                weight: tr * (1.0 / dot(q, tr)),
+            }
         }
     }
 }

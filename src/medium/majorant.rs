@@ -65,7 +65,12 @@ impl MajorantGrid {
         if !(t0 < t1) {
             return Walk::nowhere(self);
         }
-        let mut walk = Walk { t: t0, t_end: t1, done: false, ..Walk::nowhere(self) };
+        let mut walk = Walk {
+            t: t0,
+            t_end: t1,
+            done: false,
+            ..Walk::nowhere(self)
+        };
         let start = o + d * t0;
         let mut stride = 1i32;
         for axis in 0..3 {
@@ -138,7 +143,13 @@ impl Iterator for Walk<'_> {
     fn next(&mut self) -> Option<Segment> {
         while !self.done {
             let [bx, by, bz] = self.t_border;
-            let axis = if bx < by { if bx < bz { 0 } else { 2 } } else if by < bz { 1 } else { 2 };
+            let axis = if bx < by {
+                if bx < bz { 0 } else { 2 }
+            } else if by < bz {
+                1
+            } else {
+                2
+            };
             let majorant = self.grid.cells[self.index as usize];
             let (t0, t1) = (self.t, self.t_border[axis].min(self.t_end));
             self.steps_left[axis] -= 1;
@@ -146,7 +157,11 @@ impl Iterator for Walk<'_> {
                 // The last cell lasts to the end, whatever rounding made of its border.
                 self.done = true;
                 if majorant > 0.0 && t0 < self.t_end {
-                    return Some(Segment { t0, t1: self.t_end, majorant });
+                    return Some(Segment {
+                        t0,
+                        t1: self.t_end,
+                        majorant,
+                    });
                 }
                 return None;
             }
@@ -186,12 +201,20 @@ mod tests {
             if k % 5 == 0 {
                 o = (o / CELL as f32).round() * CELL as f32; // On the planes between cells.
             }
-            let mut d = if k % 2 == 0 { target - o } else { uniform_sphere(rng.uniform2()).0 };
+            let mut d = if k % 2 == 0 {
+                target - o
+            } else {
+                uniform_sphere(rng.uniform2()).0
+            };
             if k % 3 == 0 {
                 d[k % 2] = if k % 6 == 0 { 0.0 } else { -0.0 };
             }
             let d = d.normalize_or(Vec3A::X);
-            let t_max = if k % 7 == 0 { f32::INFINITY } else { 40.0 * rng.uniform() };
+            let t_max = if k % 7 == 0 {
+                f32::INFINITY
+            } else {
+                40.0 * rng.uniform()
+            };
             let (mut near, mut far) = (0f64, t_max as f64);
             for axis in 0..3 {
                 let (o, d, s) = (o[axis] as f64, d[axis] as f64, size[axis] as f64);
@@ -217,11 +240,17 @@ mod tests {
                 for axis in 0..3 {
                     let lo = (cell[axis] * CELL) as f32 - 1e-3;
                     let hi = ((cell[axis] + 1) * CELL) as f32 + 1e-3;
-                    assert!((lo..=hi).contains(&middle[axis]), "{o} {d}: {middle} not in {cell:?}");
+                    assert!(
+                        (lo..=hi).contains(&middle[axis]),
+                        "{o} {d}: {middle} not in {cell:?}"
+                    );
                 }
             }
             let expected = (far - near).max(0.0);
-            assert!((length - expected).abs() < 1e-3, "{o} {d} {t_max}: {length} for {expected}");
+            assert!(
+                (length - expected).abs() < 1e-3,
+                "{o} {d} {t_max}: {length} for {expected}"
+            );
         }
     }
 }

@@ -84,5 +84,9 @@ impl Medium {
 #[inline]
 fn channel_weights(beta: Rgb) -> Rgb {
     let sum = beta.r() + beta.g() + beta.b();
-    if sum > 0.0 && sum.is_finite() { beta * (1.0 / sum) } else { Rgb::splat(1.0 / 3.0) }
+    if sum > 0.0 && sum.is_finite() {
+        beta * (1.0 / sum)
+    } else {
+        Rgb::splat(1.0 / 3.0)
+    }
 }

@@ -69,7 +69,12 @@ pub struct BsdfSample {
 impl Bsdf {
     /// No lobes yet. `frame.n` is the shading normal, `eta` the relative index of the interface (1 if none).
     pub fn new(frame: Frame, ng: Normal3, eta: f32) -> Self {
-        Self { frame, ng, eta, lobes: ArrayVec::new() }
+        Self {
+            frame,
+            ng,
+            eta,
+            lobes: ArrayVec::new(),
+        }
     }
 
     /// Adds a lobe; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
@@ -136,7 +141,13 @@ impl Bsdf {
     }
 
     /// Draws a direction: a lobe uniformly by `u_lobe`, then a direction of that lobe. `None` where nothing scatters.
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2], mode: TransportMode) -> Option<BsdfSample> {
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        u_lobe: f32,
+        u: [f32; 2],
+        mode: TransportMode,
+    ) -> Option<BsdfSample> {
         let wo_local = self.frame.to_local(wo);
         if wo_local.z() == 0.0 || self.lobes.is_empty() {
             return None;
@@ -158,7 +169,13 @@ impl Bsdf {
                 }
                 let f = self.f_local(wo_local, wi_local, self.reflects(wo, wi));
                 let weight = f * (wi_local.z().abs() / pdf_w);
-                Some(BsdfSample { wi, weight, pdf_w, specular: false, eta_scale: 1.0 })
+                Some(BsdfSample {
+                    wi,
+                    weight,
+                    pdf_w,
+                    specular: false,
+                    eta_scale: 1.0,
+                })
             }
         }
     }
@@ -173,6 +190,12 @@ impl Bsdf {
             1.0 / (self.eta * self.eta)
         };
         let weight = sample.weight * self.lobes.len() as f32;
-        Some(BsdfSample { wi, weight, pdf_w: 0.0, specular: true, eta_scale })
+        Some(BsdfSample {
+            wi,
+            weight,
+            pdf_w: 0.0,
+            specular: true,
+            eta_scale,
+        })
     }
 }

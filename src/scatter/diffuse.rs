@@ -23,7 +23,11 @@ impl Diffuse {
     /// degrees, clamped to [0, 90].
     pub fn new(kd: Rgb, sigma: f32) -> Self {
         let sigma2 = sigma.clamp(0.0, 90.0).to_radians().powi(2);
-        Self { kd, a: 1.0 - sigma2 / (2.0 * (sigma2 + 0.33)), b: 0.45 * sigma2 / (sigma2 + 0.09) }
+        Self {
+            kd,
+            a: 1.0 - sigma2 / (2.0 * (sigma2 + 0.33)),
+            b: 0.45 * sigma2 / (sigma2 + 0.09),
+        }
     }
 
     /// Value in sr⁻¹, cosine excluded, the same on both sides of the horizon: which side counts is decided by the
@@ -42,8 +46,11 @@ impl Diffuse {
             0.0
         };
         let (cos_i, cos_o) = (wi.z().abs(), wo.z().abs());
-        let (sin_alpha, tan_beta) =
-            if cos_i > cos_o { (sin_o, sin_i / cos_i) } else { (sin_i, sin_o / cos_o) };
+        let (sin_alpha, tan_beta) = if cos_i > cos_o {
+            (sin_o, sin_i / cos_i)
+        } else {
+            (sin_i, sin_o / cos_o)
+        };
         lambert * (self.a + self.b * max_cos * sin_alpha * tan_beta)
     }
 
@@ -51,13 +58,21 @@ impl Diffuse {
     #[inline]
     pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
         let wi = cosine_hemisphere(u);
-        if wo.z() < 0.0 { Vec3::new(wi.x(), wi.y(), -wi.z()) } else { wi }
+        if wo.z() < 0.0 {
+            Vec3::new(wi.x(), wi.y(), -wi.z())
+        } else {
+            wi
+        }
     }
 
     /// Density of [`Diffuse::sample`] in sr⁻¹.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if same_hemisphere(wo, wi) { cosine_hemisphere_pdf(wi.z().abs()) } else { 0.0 }
+        if same_hemisphere(wo, wi) {
+            cosine_hemisphere_pdf(wi.z().abs())
+        } else {
+            0.0
+        }
     }
 }
 

@@ -6,7 +6,11 @@ use crate::math::Vec3;
 /// the side of `eta_inside`. 1 beyond the critical angle.
 pub fn dielectric(cos_i: f32, eta_outside: f32, eta_inside: f32) -> f32 {
     let cos_i = cos_i.clamp(-1.0, 1.0);
-    let (eta_i, eta_t) = if cos_i > 0.0 { (eta_outside, eta_inside) } else { (eta_inside, eta_outside) };
+    let (eta_i, eta_t) = if cos_i > 0.0 {
+        (eta_outside, eta_inside)
+    } else {
+        (eta_inside, eta_outside)
+    };
     let cos_i = cos_i.abs();
     let sin2_t = (eta_i / eta_t).powi(2) * (1.0 - cos_i) * (1.0 + cos_i);
     if sin2_t >= 1.0 {

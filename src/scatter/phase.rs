@@ -52,7 +52,8 @@ impl HenyeyGreenstein {
         let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
         let (sin_phi, cos_phi) = (2.0 * PI * u[1]).sin_cos();
         let frame = Frame::from_z(peak);
-        let wi = frame.s * (sin * cos_phi) + frame.t * (sin * sin_phi) + peak * (1.0 - one_minus_cos);
+        let wi =
+            frame.s * (sin * cos_phi) + frame.t * (sin * sin_phi) + peak * (1.0 - one_minus_cos);
         (wi.normalize(), self.density(a, one_minus_cos))
     }
 }
@@ -73,14 +74,20 @@ mod tests {
             let (mut sum, mut sum2) = (0f64, 0f64);
             for _ in 0..n {
                 let (wi, pdf) = phase.sample(wo, rng.uniform2());
-                assert!((wi.length() - 1.0).abs() < 1e-5 && pdf.is_finite() && pdf > 0.0, "g {g}");
+                assert!(
+                    (wi.length() - 1.0).abs() < 1e-5 && pdf.is_finite() && pdf > 0.0,
+                    "g {g}"
+                );
                 let cos = -wo.dot(wi) as f64;
                 sum += cos;
                 sum2 += cos * cos;
             }
             let mean = sum / n as f64;
             let sigma = ((sum2 / n as f64 - mean * mean).max(0.0) / n as f64).sqrt();
-            assert!((mean - g as f64).abs() < 4.0 * sigma + 1e-6, "g {g}: mean {mean} ± {sigma}");
+            assert!(
+                (mean - g as f64).abs() < 4.0 * sigma + 1e-6,
+                "g {g}: mean {mean} ± {sigma}"
+            );
         }
     }
 
@@ -92,7 +99,11 @@ mod tests {
             let phase = HenyeyGreenstein { g };
             for _ in 0..1000 {
                 let (wi, pdf) = phase.sample(wo, rng.uniform2());
-                assert!((phase.p(wo, wi) / pdf - 1.0).abs() < 2e-4, "g {g}: {} {pdf}", phase.p(wo, wi));
+                assert!(
+                    (phase.p(wo, wi) / pdf - 1.0).abs() < 2e-4,
+                    "g {g}: {} {pdf}",
+                    phase.p(wo, wi)
+                );
             }
         }
     }

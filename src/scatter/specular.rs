@@ -26,7 +26,11 @@ pub struct Mirror {
 impl Mirror {
     /// The mirrored direction.
     pub fn sample(&self, wo: Vec3) -> SpecularSample {
-        SpecularSample { wi: Vec3::new(-wo.x(), -wo.y(), wo.z()), weight: self.kr, transmitted: false }
+        SpecularSample {
+            wi: Vec3::new(-wo.x(), -wo.y(), wo.z()),
+            weight: self.kr,
+            transmitted: false,
+        }
     }
 }
 
@@ -53,15 +57,27 @@ impl SmoothDielectric {
         let p_reflect = r / (r + t);
         if u < p_reflect {
             let mirrored = Vec3::new(-wo.x(), -wo.y(), wo.z());
-            return Some(SpecularSample { wi: mirrored, weight: reflected * (1.0 / p_reflect), transmitted: false });
+            return Some(SpecularSample {
+                wi: mirrored,
+                weight: reflected * (1.0 / p_reflect),
+                transmitted: false,
+            });
         }
         let entering = wo.z() > 0.0;
         let eta = if entering { 1.0 / self.eta } else { self.eta };
         let n = Vec3::new(0.0, 0.0, if entering { 1.0 } else { -1.0 });
         let wi = fresnel::refract(wo, n, eta)?;
         // Radiance is compressed into the cone of the denser side (pbrt 3rd ed., section 16.1.3).
-        let compression = if mode == TransportMode::Radiance { eta * eta } else { 1.0 };
+        let compression = if mode == TransportMode::Radiance {
+            eta * eta
+        } else {
+            1.0
+        };
         let weight = refracted * (compression / (1.0 - p_reflect));
-        Some(SpecularSample { wi, weight, transmitted: true })
+        Some(SpecularSample {
+            wi,
+            weight,
+            transmitted: true,
+        })
     }
 }
