@@ -5,4 +5,5 @@
 pub mod diagnostic;
 pub mod directive;
 pub mod params;
+pub mod schema;
 pub mod source;
