@@ -162,6 +162,7 @@ fn default(param: &ParamSchema) -> String {
         Default::Bool(value) => value.to_string(),
         Default::Int(value) => value.to_string(),
         Default::Number(f32::INFINITY) => "∞".into(),
+        Default::Number(value) if value.abs() >= 1e6 => format!("{value:e}"),
         Default::Number(value) => value.to_string(),
         Default::Rgb(rgb) | Default::Triple(rgb) => triple(rgb),
         Default::Text("") => "none".into(),

@@ -57,8 +57,7 @@ pub(super) static CAMERAS: &[PluginSchema] = &[
                     .inside(0.0, 180.0),
                 float("halffov", -1.0, "Half of `fov`; wins over it when above 0.")
                     .unit("degrees")
-                    .optional()
-                    .inside(0.0, 90.0),
+                    .optional(),
             ],
             LENS,
             SCREEN,
@@ -145,7 +144,7 @@ pub(super) static FILMS: &[PluginSchema] = &[plugin(
             f32::INFINITY,
             "Brighter samples are dimmed to this luminance.",
         )
-        .at_least(0.0),
+        .between(0.0, f64::INFINITY),
     ]],
 )];
 
