@@ -2,6 +2,7 @@
 
 pub mod accel;
 pub mod camera;
+pub mod compile;
 pub mod describe;
 pub mod film;
 pub mod ids;

@@ -1,0 +1,3 @@
+//! Scene description in, world out: the room that knows plugin names, parameters and files.
+
+pub mod reader;
