@@ -1,3 +1,1 @@
-//! Random choices and their densities, one routine for both.
-
 pub mod distribution;
