@@ -6,6 +6,7 @@
 pub mod grid;
 pub mod homogeneous;
 pub mod majorant;
+pub mod presets;
 
 use crate::math::Ray;
 use crate::sampling::rng::Rng;

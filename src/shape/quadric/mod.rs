@@ -69,7 +69,16 @@ impl Form {
         }
     }
 
-    /// Corners of the box around it in object space.
+    /// The eight corners of the box around it in object space.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> + use<> {
+        let [lo, hi] = self.bounds();
+        (0..8).map(move |corner| {
+            let pick = |axis: usize| if corner >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
+    /// Smallest and largest coordinates in object space.
     fn bounds(&self) -> [DVec3; 2] {
         match self {
             Self::Sphere(sphere) => sphere.bounds(),
@@ -134,20 +143,9 @@ impl Quadric {
         if !(self.area > 0.0 && self.area.is_finite()) {
             return Bounds3::EMPTY;
         }
-        let [lo, hi] = self.form.bounds();
         let mut bounds = Bounds3::EMPTY;
-        for corner in 0..8 {
-            let pick = |axis: usize| {
-                if corner >> axis & 1 == 0 {
-                    lo[axis]
-                } else {
-                    hi[axis]
-                }
-            };
-            let p = self
-                .render_from_object
-                .point(DVec3::new(pick(0), pick(1), pick(2)))
-                .as_vec3a();
+        for corner in self.form.corners() {
+            let p = self.render_from_object.point(corner).as_vec3a();
             // Rounded outward, so that the f32 box holds the f64 one.
             let down = Point3::new(p.x.next_down(), p.y.next_down(), p.z.next_down());
             let up = Point3::new(p.x.next_up(), p.y.next_up(), p.z.next_up());
