@@ -1,6 +1,7 @@
 //! Tyndall: a renderer for pbrt-v3 scene files.
 
 pub mod accel;
+pub mod app;
 pub mod camera;
 pub mod compile;
 pub mod describe;

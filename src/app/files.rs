@@ -17,7 +17,9 @@ fn resolve(path: &str, top_level: &str) -> PathBuf {
 
 fn read(path: &Path) -> Result<SourceBytes, String> {
     // Read, not mapped: a file that changes while it is mapped would be undefined behaviour.
-    std::fs::read(path).map(|bytes| Arc::new(bytes) as SourceBytes).map_err(|e| e.to_string())
+    std::fs::read(path)
+        .map(|bytes| Arc::new(bytes) as SourceBytes)
+        .map_err(|e| e.to_string())
 }
 
 /// Reads included files.
@@ -27,7 +29,10 @@ impl Loader for FileLoader {
     fn load(&self, path: &str, top_level: &str) -> Result<Loaded, LoadError> {
         let path = resolve(path, top_level);
         let bytes = read(&path).map_err(LoadError::new)?;
-        Ok(Loaded { name: path.display().to_string(), bytes })
+        Ok(Loaded {
+            name: path.display().to_string(),
+            bytes,
+        })
     }
 }
 

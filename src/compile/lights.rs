@@ -39,13 +39,13 @@ pub(super) fn radiance(
 ) -> Option<Rgb> {
     let mut p = ParamReader::new(plugin, entity, diagnostics);
     let values = [p.spectrum(name), p.spectrum("scale")];
-    let [emission, scale] =
-        [0, 1].map(|k| spectra::to_rgb(&values[k], assets, diagnostics));
+    let [emission, scale] = [0, 1].map(|k| spectra::to_rgb(&values[k], assets, diagnostics));
     let product = emission * scale;
     if !product.is_finite() {
         let message = "the emission of a light must be finite";
         diagnostics.push(
-            Diagnostic::error("bad-light", values[0].span, message).with_label("the light is left out"),
+            Diagnostic::error("bad-light", values[0].span, message)
+                .with_label("the light is left out"),
         );
         return None;
     }
@@ -85,9 +85,14 @@ fn light(
             let world = world_from_light.point(DVec3::ZERO) + point(p.point3("from"));
             p.finish();
             let scale2 = space.scale() * space.scale();
-            let position = space.from_world(&crate::math::Transform::IDENTITY).point(world);
+            let position = space
+                .from_world(&crate::math::Transform::IDENTITY)
+                .point(world);
             let intensity = emission?.map(|c| (c as f64 * scale2) as f32);
-            Some(Light::Point(PointLight { p: Point3::from_f64(position), intensity }))
+            Some(Light::Point(PointLight {
+                p: Point3::from_f64(position),
+                intensity,
+            }))
         }
         "distant" => {
             let (from, to) = (point(p.point3("from")), point(p.point3("to")));
@@ -95,19 +100,22 @@ fn light(
             p.finish();
             let Some(direction) = render_from_light.vector(from - to).try_normalize() else {
                 let message = "a distant light needs two different points, \"from\" and \"to\"";
-                diagnostics
-                    .push(Diagnostic::error("bad-light", span, message).with_label(INSTEAD));
+                diagnostics.push(Diagnostic::error("bad-light", span, message).with_label(INSTEAD));
                 return None;
             };
             let direction = Vec3::from_f64(direction);
-            Some(Light::Distant(DistantLight { direction, radiance: emission? }))
+            Some(Light::Distant(DistantLight {
+                direction,
+                radiance: emission?,
+            }))
         }
         _ => {
             let file = p.file("mapname");
             p.finish();
             let emission = emission?;
-            let image = file
-                .and_then(|file| read_image(&file, assets, "a constant light is used", diagnostics));
+            let image = file.and_then(|file| {
+                read_image(&file, assets, "a constant light is used", diagnostics)
+            });
             let light = match image {
                 None => InfiniteLight::constant(emission),
                 Some(image) => {

@@ -24,7 +24,11 @@ impl MaterialBuilder {
     pub(super) fn new(frame: &mut Frame) -> Self {
         let entities = std::mem::take(&mut frame.materials);
         let ids = vec![None; entities.len()];
-        Self { entities, ids, built: Vec::new() }
+        Self {
+            entities,
+            ids,
+            built: Vec::new(),
+        }
     }
 
     /// The id of a shape's material; `NONE` for the null material.

@@ -35,9 +35,19 @@ impl<'a> Media<'a> {
         assets: &'a dyn Assets,
         needed: bool,
     ) -> Self {
-        let entities: Vec<_> = std::mem::take(&mut frame.media).into_iter().map(Some).collect();
+        let entities: Vec<_> = std::mem::take(&mut frame.media)
+            .into_iter()
+            .map(Some)
+            .collect();
         let ids = vec![None; entities.len()];
-        Self { entities, ids, built: Vec::new(), space: *space, assets, needed }
+        Self {
+            entities,
+            ids,
+            built: Vec::new(),
+            space: *space,
+            assets,
+            needed,
+        }
     }
 
     /// The id of a medium, which is built on first use. `NONE` if it holds nothing, or cannot be built.
@@ -49,7 +59,9 @@ impl<'a> Media<'a> {
         if let Some(id) = self.ids[index] {
             return id;
         }
-        let built = self.entities[index].take().and_then(|e| self.build(e, diagnostics));
+        let built = self.entities[index]
+            .take()
+            .and_then(|e| self.build(e, diagnostics));
         let id = match built {
             Some(medium) if !medium.is_empty() => {
                 self.built.push(medium);
@@ -70,18 +82,27 @@ impl<'a> Media<'a> {
     }
 
     fn build(&self, mut medium: MediumEntity, diagnostics: &mut Diagnostics) -> Option<Medium> {
-        let plugin = lookup(Family::Medium, &medium.entity.kind, "vacuum is used", diagnostics)?;
+        let plugin = lookup(
+            Family::Medium,
+            &medium.entity.kind,
+            "vacuum is used",
+            diagnostics,
+        )?;
         let pair = medium.world_from_medium;
         let directive = medium.entity.span;
         let world_from_medium = space::transform(pair.start, directive, diagnostics)?;
         let coefficients = self.coefficients(plugin, &medium, diagnostics);
         let mut p = ParamReader::taking(plugin, &mut medium.entity, diagnostics);
         let g = p.float("g");
-        let phase = HenyeyGreenstein { g: g.clamp(-1.0, 1.0) };
+        let phase = HenyeyGreenstein {
+            g: g.clamp(-1.0, 1.0),
+        };
         let (sigma_a, sigma_s) = coefficients;
         if plugin.schema.name == "homogeneous" {
             p.finish();
-            return Some(Medium::Homogeneous(Homogeneous::new(sigma_a, sigma_s, phase)));
+            return Some(Medium::Homogeneous(Homogeneous::new(
+                sigma_a, sigma_s, phase,
+            )));
         }
         let n = [p.int("nx"), p.int("ny"), p.int("nz")];
         let (p0, p1) = (p.point3("p0"), p.point3("p1"));
@@ -100,7 +121,8 @@ impl<'a> Media<'a> {
                 density.len()
             );
             diagnostics.push(
-                Diagnostic::error("density-count", density_span, message).with_label("vacuum is used"),
+                Diagnostic::error("density-count", density_span, message)
+                    .with_label("vacuum is used"),
             );
             return None;
         }
@@ -115,7 +137,9 @@ impl<'a> Media<'a> {
             );
             return None;
         };
-        let render_from_unit = self.space.from_world(&world_from_medium.compose(&medium_from_unit));
+        let render_from_unit = self
+            .space
+            .from_world(&world_from_medium.compose(&medium_from_unit));
         Some(Medium::Grid(GridMedium::new(
             DensityGrid::new(n, &density),
             &render_from_unit.inverse(),
@@ -146,7 +170,8 @@ impl<'a> Media<'a> {
             let scaled = rgb.map(|c| (c as f64 * scale) as f32);
             if scaled.has_negative() || !scaled.is_finite() {
                 let what = ["absorption", "scattering"][k];
-                let message = format!("the {what} coefficient of a medium must be finite and not negative");
+                let message =
+                    format!("the {what} coefficient of a medium must be finite and not negative");
                 diagnostics.push(
                     Diagnostic::error("bad-medium", values[k].span, message)
                         .with_label("such channels count as 0"),
@@ -166,8 +191,9 @@ fn repair(
 ) -> Option<Vec<f32>> {
     if density.contains(&f32::INFINITY) {
         let message = "a density is infinite: no light could ever pass";
-        diagnostics
-            .push(Diagnostic::error("infinite-density", span, message).with_label("vacuum is used"));
+        diagnostics.push(
+            Diagnostic::error("infinite-density", span, message).with_label("vacuum is used"),
+        );
         return None;
     }
     let mut n_bad = 0;

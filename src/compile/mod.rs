@@ -111,8 +111,10 @@ fn build(
         &mut parts,
         diagnostics,
     );
-    parts.camera_medium =
-        frame.camera.medium.map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
+    parts.camera_medium = frame
+        .camera
+        .medium
+        .map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
     lights::build(frame, &space, assets, &mut parts.lights, diagnostics);
     if parts.lights.is_empty() {
         diagnostics.push(
@@ -169,5 +171,6 @@ fn lookup(
 
 /// Reports a plugin or feature that this version does not have.
 fn unsupported(what: &str, span: tyndall_parser::source::Span, instead: &str) -> Diagnostic {
-    Diagnostic::error("unsupported", span, format!("{what} is not supported yet")).with_label(instead)
+    Diagnostic::error("unsupported", span, format!("{what} is not supported yet"))
+        .with_label(instead)
 }

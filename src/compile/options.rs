@@ -30,17 +30,27 @@ pub(super) fn film(
     diagnostics: &mut Diagnostics,
 ) -> Option<FilmOptions> {
     let filter = filter(frame, diagnostics);
-    let plugin = lookup(Family::Film, &frame.film.kind, "nothing is rendered", diagnostics)?;
+    let plugin = lookup(
+        Family::Film,
+        &frame.film.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
     let mut p = ParamReader::new(plugin, &frame.film, diagnostics);
     let mut resolution = [p.int("xresolution"), p.int("yresolution")];
     if options.quick {
         resolution = resolution.map(|r| (r / QUICK_DIVISOR).max(1));
     }
     let resolution = resolution.map(|r| u32::try_from(r).unwrap_or(0));
-    let window = p.floats::<4>("cropwindow").or(options.crop_window).unwrap_or([0.0, 1.0, 0.0, 1.0]);
+    let window = p
+        .floats::<4>("cropwindow")
+        .or(options.crop_window)
+        .unwrap_or([0.0, 1.0, 0.0, 1.0]);
     let crop = crop(window, resolution);
     let scale = p.float("scale") as f64;
-    let max_sample_luminance = p.optional_float("maxsampleluminance").unwrap_or(f32::INFINITY);
+    let max_sample_luminance = p
+        .optional_float("maxsampleluminance")
+        .unwrap_or(f32::INFINITY);
     let filename = p.string("filename");
     let window_span = p.span("cropwindow");
     p.finish();
@@ -49,9 +59,19 @@ pub(super) fn film(
         diagnostics.push(Diagnostic::fatal("no-pixels", window_span, message));
         return None;
     }
-    let desc = FilmDesc { resolution, crop, filter: filter?, scale, max_sample_luminance };
+    let desc = FilmDesc {
+        resolution,
+        crop,
+        filter: filter?,
+        scale,
+        max_sample_luminance,
+    };
     let frame = PixelRect::from_size(resolution[0] as usize, resolution[1] as usize);
-    Some(FilmOptions { desc, filename, frame })
+    Some(FilmOptions {
+        desc,
+        filename,
+        frame,
+    })
 }
 
 /// Pixels of a crop window: ⌈resolution · fraction⌉ at both ends, in single precision as pbrt-v3 rounds it.
@@ -63,19 +83,36 @@ fn crop(window: [f32; 4], resolution: [u32; 2]) -> PixelRect {
     };
     let (x0, width) = range(window[0], window[1], resolution[0]);
     let (y0, height) = range(window[2], window[3], resolution[1]);
-    PixelRect { x0, y0, width, height }
+    PixelRect {
+        x0,
+        y0,
+        width,
+        height,
+    }
 }
 
 fn filter(frame: &Frame, diagnostics: &mut Diagnostics) -> Option<FilterTable> {
-    let plugin = lookup(Family::Filter, &frame.filter.kind, "nothing is rendered", diagnostics)?;
+    let plugin = lookup(
+        Family::Filter,
+        &frame.filter.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
     let mut p = ParamReader::new(plugin, &frame.filter, diagnostics);
     let radius = [p.float("xwidth"), p.float("ywidth")].map(f64::from);
     let filter = match plugin.schema.name {
         "box" => Filter::Box,
         "triangle" => Filter::Triangle,
-        "gaussian" => Filter::Gaussian { alpha: p.float("alpha") as f64 },
-        "mitchell" => Filter::Mitchell { b: p.float("B") as f64, c: p.float("C") as f64 },
-        _ => Filter::Sinc { tau: p.float("tau") as f64 },
+        "gaussian" => Filter::Gaussian {
+            alpha: p.float("alpha") as f64,
+        },
+        "mitchell" => Filter::Mitchell {
+            b: p.float("B") as f64,
+            c: p.float("C") as f64,
+        },
+        _ => Filter::Sinc {
+            tau: p.float("tau") as f64,
+        },
     };
     p.finish();
     Some(FilterTable::new(filter, radius))
@@ -92,7 +129,12 @@ pub(super) fn samples(
     options: &CompileOptions,
     diagnostics: &mut Diagnostics,
 ) -> Option<SampleOptions> {
-    let plugin = lookup(Family::Sampler, &frame.sampler.kind, "nothing is rendered", diagnostics)?;
+    let plugin = lookup(
+        Family::Sampler,
+        &frame.sampler.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
     let mut p = ParamReader::new(plugin, &frame.sampler, diagnostics);
     let name = plugin.schema.name;
     let mut pixel_centers = false;
@@ -101,7 +143,11 @@ pub(super) fn samples(
             let (x, y) = (p.int("xsamples"), p.int("ysamples"));
             if !p.bool("jitter") {
                 let span = p.span("jitter");
-                p.report(unsupported("\"jitter\" off", span, "jittered samples are used"));
+                p.report(unsupported(
+                    "\"jitter\" off",
+                    span,
+                    "jittered samples are used",
+                ));
             }
             x.saturating_mul(y)
         }
@@ -123,7 +169,10 @@ pub(super) fn samples(
     if options.quick && name != "random" {
         spp = 1;
     }
-    Some(SampleOptions { spp: options.spp.unwrap_or(spp).max(1), pixel_centers })
+    Some(SampleOptions {
+        spp: options.spp.unwrap_or(spp).max(1),
+        pixel_centers,
+    })
 }
 
 pub(super) struct IntegratorOptions {
@@ -134,7 +183,10 @@ pub(super) struct IntegratorOptions {
     pub(super) pixel_bounds: Option<PixelRect>,
 }
 
-pub(super) fn integrator(frame: &Frame, diagnostics: &mut Diagnostics) -> Option<IntegratorOptions> {
+pub(super) fn integrator(
+    frame: &Frame,
+    diagnostics: &mut Diagnostics,
+) -> Option<IntegratorOptions> {
     let kind = &frame.integrator.kind;
     let plugin = lookup(Family::Integrator, kind, "nothing is rendered", diagnostics)?;
     let name = plugin.schema.name;
@@ -151,18 +203,38 @@ pub(super) fn integrator(frame: &Frame, diagnostics: &mut Diagnostics) -> Option
     let choose_lights_by_power = p.choice("lightsamplestrategy") != "uniform";
     let pixel_bounds = p.ints::<4>("pixelbounds").map(|[x0, x1, y0, y1]| {
         let length = |a: i32, b: i32| usize::try_from(b as i64 - a as i64).unwrap_or(0);
-        PixelRect { x0, y0, width: length(x0, x1), height: length(y0, y1) }
+        PixelRect {
+            x0,
+            y0,
+            width: length(x0, x1),
+            height: length(y0, y1),
+        }
     });
     p.finish();
     let volumetric = name == "volpath";
-    let integrator = if volumetric { Integrator::VolPath(path) } else { Integrator::Path(path) };
-    Some(IntegratorOptions { integrator, name, volumetric, choose_lights_by_power, pixel_bounds })
+    let integrator = if volumetric {
+        Integrator::VolPath(path)
+    } else {
+        Integrator::Path(path)
+    };
+    Some(IntegratorOptions {
+        integrator,
+        name,
+        volumetric,
+        choose_lights_by_power,
+        pixel_bounds,
+    })
 }
 
 /// One hierarchy serves all accelerators; their parameters are checked and have no effect.
 pub(super) fn accelerator(frame: &Frame, diagnostics: &mut Diagnostics) {
     let entity = &frame.accelerator;
-    if let Some(plugin) = lookup(Family::Accelerator, &entity.kind, "\"bvh\" is used", diagnostics) {
+    if let Some(plugin) = lookup(
+        Family::Accelerator,
+        &entity.kind,
+        "\"bvh\" is used",
+        diagnostics,
+    ) {
         ParamReader::new(plugin, entity, diagnostics).finish();
     }
 }
@@ -191,7 +263,12 @@ pub(super) fn camera(
     diagnostics: &mut Diagnostics,
 ) -> Option<CameraOptions> {
     let entity = &frame.camera.entity;
-    let plugin = lookup(Family::Camera, &entity.kind, "nothing is rendered", diagnostics)?;
+    let plugin = lookup(
+        Family::Camera,
+        &entity.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
     if plugin.schema.name != "perspective" {
         let what = format!("the camera \"{}\"", plugin.schema.name);
         diagnostics.push(unsupported(&what, entity.kind.span, "nothing is rendered"));
@@ -199,7 +276,11 @@ pub(super) fn camera(
     }
     let pair = frame.camera.world_from_camera;
     if pair.start != pair.end {
-        diagnostics.push(unsupported("a moving camera", entity.span, "its start is used"));
+        diagnostics.push(unsupported(
+            "a moving camera",
+            entity.span,
+            "its start is used",
+        ));
     }
     let world_from_camera = space::transform(pair.start, entity.span, diagnostics)?;
     let mut p = ParamReader::new(plugin, entity, diagnostics);
@@ -217,8 +298,8 @@ pub(super) fn camera(
         },
         |window| window.map(f64::from),
     );
-    let half_fov = p.float("halffov");
-    let fov = if half_fov > 0.0 { 2.0 * half_fov as f64 } else { p.float("fov") as f64 };
+    let half_fov = p.optional_float("halffov").filter(|half| *half > 0.0);
+    let fov = half_fov.map_or_else(|| p.float("fov") as f64, |half| 2.0 * half as f64);
     let mut shutter = [p.float("shutteropen"), p.float("shutterclose")];
     if shutter[0] > shutter[1] {
         let span = p.span("shutterclose");
@@ -245,5 +326,8 @@ pub(super) fn camera(
         );
         return None;
     }
-    Some(CameraOptions { world_from_camera, desc })
+    Some(CameraOptions {
+        world_from_camera,
+        desc,
+    })
 }

@@ -40,7 +40,11 @@ pub(super) struct Loaded {
 }
 
 /// Reads all shapes of a frame in parallel; findings come in file order.
-pub(super) fn load(frame: &mut Frame, assets: &dyn Assets, diagnostics: &mut Diagnostics) -> Loaded {
+pub(super) fn load(
+    frame: &mut Frame,
+    assets: &dyn Assets,
+    diagnostics: &mut Diagnostics,
+) -> Loaded {
     for instance in &frame.instances {
         diagnostics.push(unsupported("an object instance", instance.span, "left out"));
     }
@@ -60,7 +64,11 @@ pub(super) fn load(frame: &mut Frame, assets: &dyn Assets, diagnostics: &mut Dia
                     diagnostics.push(unsupported("a moving shape", span, "its start is used"));
                 }
                 let world_from_object = space::transform(pair.start, span, &mut diagnostics)?;
-                Some(LocalShape { local, world_from_object, entity })
+                Some(LocalShape {
+                    local,
+                    world_from_object,
+                    entity,
+                })
             });
             (shape, diagnostics)
         })
@@ -68,7 +76,10 @@ pub(super) fn load(frame: &mut Frame, assets: &dyn Assets, diagnostics: &mut Dia
     let mut shapes = Vec::with_capacity(read.len());
     for (shape, found) in read {
         shapes.extend(shape);
-        found.list.into_iter().for_each(|diagnostic| diagnostics.push(diagnostic));
+        found
+            .list
+            .into_iter()
+            .for_each(|diagnostic| diagnostics.push(diagnostic));
     }
     Loaded { shapes }
 }
@@ -84,7 +95,8 @@ impl Loaded {
                         bounds.add(shape.world_from_object.point(DVec3::from(p.map(f64::from))));
                     }),
                     Local::Form(form) => {
-                        form.corners().for_each(|p| bounds.add(shape.world_from_object.point(p)));
+                        form.corners()
+                            .for_each(|p| bounds.add(shape.world_from_object.point(p)));
                     }
                 }
                 bounds
@@ -93,7 +105,10 @@ impl Loaded {
     }
 
     /// Moves the shapes to render space and attaches what belongs to their surfaces.
-    #[expect(clippy::too_many_arguments, reason = "one builder for each arena of the world")]
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "one builder for each arena of the world"
+    )]
     pub(super) fn place(
         self,
         frame: &Frame,
@@ -106,8 +121,11 @@ impl Loaded {
         diagnostics: &mut Diagnostics,
     ) {
         let entities: Vec<ShapeEntity> = self.shapes.iter().map(|s| s.entity.clone()).collect();
-        let placed: Vec<Shape> =
-            self.shapes.into_par_iter().map(|shape| place(shape, space)).collect();
+        let placed: Vec<Shape> = self
+            .shapes
+            .into_par_iter()
+            .map(|shape| place(shape, space))
+            .collect();
         // One look at each `AreaLightSource`, however many shapes emit by it.
         let mut area_lights = vec![None; frame.area_lights.len()];
         for (shape, entity) in placed.into_iter().zip(entities) {
@@ -116,10 +134,11 @@ impl Loaded {
             let mut side = |medium: Option<_>| {
                 medium.map_or(MediumId::NONE, |medium| media.id(medium, diagnostics))
             };
-            let interface = (entity.media.inside != entity.media.outside).then(|| MediumInterface {
-                inside: side(entity.media.inside),
-                outside: side(entity.media.outside),
-            });
+            let interface =
+                (entity.media.inside != entity.media.outside).then(|| MediumInterface {
+                    inside: side(entity.media.inside),
+                    outside: side(entity.media.outside),
+                });
             let geometry = GeometryId::new(parts.geometries.len());
             let mut first_light = LightId::NONE;
             if let Some(AreaLightRef(index)) = entity.area_light {
@@ -128,12 +147,24 @@ impl Loaded {
                 });
                 if let Some((radiance, two_sided)) = *emission {
                     first_light = LightId::new(parts.lights.len());
-                    parts.lights.extend((0..shape.n_elements() as u32).map(|element| {
-                        Light::Area(AreaLight { geometry, element, radiance, two_sided })
-                    }));
+                    parts
+                        .lights
+                        .extend((0..shape.n_elements() as u32).map(|element| {
+                            Light::Area(AreaLight {
+                                geometry,
+                                element,
+                                radiance,
+                                two_sided,
+                            })
+                        }));
                 }
             }
-            parts.geometries.push(Geometry { shape, material, media: interface, first_light });
+            parts.geometries.push(Geometry {
+                shape,
+                material,
+                media: interface,
+                first_light,
+            });
         }
     }
 }
@@ -143,7 +174,12 @@ fn area_light(
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
 ) -> Option<(crate::spectrum::Rgb, bool)> {
-    let plugin = lookup(Family::AreaLight, &entity.kind, "nothing is emitted", diagnostics)?;
+    let plugin = lookup(
+        Family::AreaLight,
+        &entity.kind,
+        "nothing is emitted",
+        diagnostics,
+    )?;
     let radiance = lights::radiance(plugin, entity, "L", assets, diagnostics);
     let mut p = ParamReader::new(plugin, entity, diagnostics);
     let two_sided = p.bool("twosided");
@@ -153,7 +189,9 @@ fn area_light(
 
 fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diagnostics) {
     let n = shape.n_elements();
-    let n_empty = (0..n as u32).filter(|&element| shape.bounds(element).is_empty()).count();
+    let n_empty = (0..n as u32)
+        .filter(|&element| shape.bounds(element).is_empty())
+        .count();
     if n_empty == 0 {
         return;
     }
@@ -180,10 +218,14 @@ fn place(shape: LocalShape, space: &RenderSpace) -> Shape {
     // Directions keep their relative lengths, which weigh interpolation, at a size that suits f32.
     let size = render_from_object.determinant().abs().cbrt();
     for n in &mut mesh.normals {
-        *n = (render_from_object.normal(wide(*n)) * size).as_vec3().to_array();
+        *n = (render_from_object.normal(wide(*n)) * size)
+            .as_vec3()
+            .to_array();
     }
     for s in &mut mesh.tangents {
-        *s = (render_from_object.vector(wide(*s)) / size).as_vec3().to_array();
+        *s = (render_from_object.vector(wide(*s)) / size)
+            .as_vec3()
+            .to_array();
     }
     mesh.reverse_orientation = reverse_orientation;
     mesh.swaps_handedness = render_from_object.swaps_handedness();
@@ -207,17 +249,29 @@ fn read_shape(
             let radius = p.float("radius") as f64;
             let z_min = p.optional_float("zmin").map_or(-radius, f64::from);
             let z_max = p.optional_float("zmax").map_or(radius, f64::from);
-            Some(Local::Form(Form::Sphere(Sphere::new(radius, z_min, z_max, phi_max(&mut p)))))
+            Some(Local::Form(Form::Sphere(Sphere::new(
+                radius,
+                z_min,
+                z_max,
+                phi_max(&mut p),
+            ))))
         }
         "disk" => {
             let height = p.float("height") as f64;
             let (radius, inner) = (p.float("radius") as f64, p.float("innerradius") as f64);
-            Some(Local::Form(Form::Disk(Disk::new(height, radius, inner, phi_max(&mut p)))))
+            Some(Local::Form(Form::Disk(Disk::new(
+                height,
+                radius,
+                inner,
+                phi_max(&mut p),
+            ))))
         }
-        "trianglemesh" => {
-            check_alpha(&mut p).and_then(|()| triangle_mesh(&mut p)).map(Local::Mesh)
-        }
-        "plymesh" => check_alpha(&mut p).and_then(|()| ply_mesh(&mut p, assets)).map(Local::Mesh),
+        "trianglemesh" => check_alpha(&mut p)
+            .and_then(|()| triangle_mesh(&mut p))
+            .map(Local::Mesh),
+        "plymesh" => check_alpha(&mut p)
+            .and_then(|()| ply_mesh(&mut p, assets))
+            .map(Local::Mesh),
         name => {
             let what = format!("the shape \"{name}\"");
             p.report(unsupported(&what, kind_span, INSTEAD));
@@ -250,19 +304,27 @@ fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
     let indices_span = p.span("indices");
     let (positions, indices) = (positions?, indices?);
     let n = positions.len();
-    if let Some(bad) = indices.iter().find(|&&i| usize::try_from(i).map_or(true, |i| i >= n)) {
+    if let Some(bad) = indices
+        .iter()
+        .find(|&&i| usize::try_from(i).map_or(true, |i| i >= n))
+    {
         let message = format!("vertex {bad} does not exist: there are {n}");
         p.report(
-            Diagnostic::error("bad-index", indices_span, message).with_label("the mesh is left out"),
+            Diagnostic::error("bad-index", indices_span, message)
+                .with_label("the mesh is left out"),
         );
         return None;
     }
     let (triangles, rest) = indices.as_chunks::<3>();
     if !rest.is_empty() {
         let message = format!("{} indices at the end make no triangle", rest.len());
-        p.report(Diagnostic::warning("dangling-indices", indices_span, message));
+        p.report(Diagnostic::warning(
+            "dangling-indices",
+            indices_span,
+            message,
+        ));
     }
-    let mut matching = |name: &str, count: usize, p: &mut ParamReader| {
+    let matching = |name: &str, count: usize, p: &mut ParamReader| {
         let fits = count == n;
         if !fits && count != 0 {
             let message = format!("{n} vertices need {n} values of \"{name}\", not {count}");
@@ -272,19 +334,43 @@ fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
         fits
     };
     let normals = p.take_normals("N").unwrap_or_default();
-    let normals = if matching("N", normals.len(), p) { normals } else { Vec::new() };
+    let normals = if matching("N", normals.len(), p) {
+        normals
+    } else {
+        Vec::new()
+    };
     let tangents = p.take_vector3s("S").unwrap_or_default();
-    let tangents = if matching("S", tangents.len(), p) { tangents } else { Vec::new() };
+    let tangents = if matching("S", tangents.len(), p) {
+        tangents
+    } else {
+        Vec::new()
+    };
     let mut uvs = p.take_point2s_or_floats("uv").unwrap_or_default();
     if uvs.len() > n {
         let message = format!("{n} vertices need {n} values of \"uv\", not {}", uvs.len());
         let span = p.span("uv");
-        p.report(Diagnostic::warning("value-count", span, message).with_label("the rest is not used"));
+        p.report(
+            Diagnostic::warning("value-count", span, message).with_label("the rest is not used"),
+        );
         uvs.truncate(n);
     }
-    let uvs = if matching("uv", uvs.len(), p) { uvs } else { Vec::new() };
+    let uvs = if matching("uv", uvs.len(), p) {
+        uvs
+    } else {
+        Vec::new()
+    };
     let triangles = triangles.iter().map(|t| t.map(|i| i as u32)).collect();
-    Some(drop_non_finite(Mesh { positions, triangles, normals, tangents, uvs, ..Mesh::default() }, p))
+    Some(drop_non_finite(
+        Mesh {
+            positions,
+            triangles,
+            normals,
+            tangents,
+            uvs,
+            ..Mesh::default()
+        },
+        p,
+    ))
 }
 
 /// Removes the triangles that use a vertex without a position, with one warning.
@@ -292,8 +378,10 @@ fn drop_non_finite(mut mesh: Mesh, p: &mut ParamReader) -> Mesh {
     let is_finite = |v: &[f32; 3]| v.iter().all(|c| c.is_finite());
     if let Some(first) = mesh.positions.iter().position(|v| !is_finite(v)) {
         let positions = &mesh.positions;
-        mesh.triangles.retain(|t| t.iter().all(|&v| is_finite(&positions[v as usize])));
-        let message = format!("vertex {first} has a position that is not finite: its triangles are left out");
+        mesh.triangles
+            .retain(|t| t.iter().all(|&v| is_finite(&positions[v as usize])));
+        let message =
+            format!("vertex {first} has a position that is not finite: its triangles are left out");
         let span = p.span("P");
         p.report(Diagnostic::warning("bad-vertex", span, message));
     }
@@ -312,12 +400,25 @@ fn ply_mesh(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
         }
     };
     match ply::decode((*bytes).as_ref()) {
-        Ok(PlyMesh { positions, normals, uvs, triangles, warnings, .. }) => {
+        Ok(PlyMesh {
+            positions,
+            normals,
+            uvs,
+            triangles,
+            warnings,
+            ..
+        }) => {
             for warning in warnings {
                 let message = format!("{}: {warning}", file.value);
                 p.report(Diagnostic::warning("ply", file.span, message));
             }
-            Some(Mesh { positions, triangles, normals, uvs, ..Mesh::default() })
+            Some(Mesh {
+                positions,
+                triangles,
+                normals,
+                uvs,
+                ..Mesh::default()
+            })
         }
         Err(error) => {
             let message = format!("cannot decode \"{}\": {error}", file.value);

@@ -26,8 +26,10 @@ pub(super) struct WorldBounds {
 }
 
 impl WorldBounds {
-    pub(super) const EMPTY: Self =
-        Self { min: DVec3::splat(f64::INFINITY), max: DVec3::splat(f64::NEG_INFINITY) };
+    pub(super) const EMPTY: Self = Self {
+        min: DVec3::splat(f64::INFINITY),
+        max: DVec3::splat(f64::NEG_INFINITY),
+    };
 
     pub(super) fn add(&mut self, p: DVec3) {
         if p.is_finite() {
@@ -37,7 +39,10 @@ impl WorldBounds {
     }
 
     pub(super) fn union(self, other: Self) -> Self {
-        Self { min: self.min.min(other.min), max: self.max.max(other.max) }
+        Self {
+            min: self.min.min(other.min),
+            max: self.max.max(other.max),
+        }
     }
 }
 
@@ -49,8 +54,15 @@ impl RenderSpace {
         } else {
             (camera, 0.0)
         };
-        let scale = if size > 0.0 && size.is_finite() { 1.0 / power_of_two_near(size) } else { 1.0 };
-        Self { render_from_world: Transform::scale_translate(scale, -origin * scale), scale }
+        let scale = if size > 0.0 && size.is_finite() {
+            1.0 / power_of_two_near(size)
+        } else {
+            1.0
+        };
+        Self {
+            render_from_world: Transform::scale_translate(scale, -origin * scale),
+            scale,
+        }
     }
 
     /// Length in render space of one world unit.
@@ -69,9 +81,15 @@ pub(super) fn transform(m: DMat4, span: Span, diagnostics: &mut Diagnostics) -> 
     let transform = Transform::from_matrix(m);
     if transform.is_none() {
         diagnostics.push(
-            Diagnostic::error("bad-transform", span, "the current transform cannot be inverted")
-                .with_label("left out")
-                .with_help("a scale of 0, or a matrix that is singular or projective, is in force here"),
+            Diagnostic::error(
+                "bad-transform",
+                span,
+                "the current transform cannot be inverted",
+            )
+            .with_label("left out")
+            .with_help(
+                "a scale of 0, or a matrix that is singular or projective, is in force here",
+            ),
         );
     }
     transform

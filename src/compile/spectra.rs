@@ -26,7 +26,10 @@ pub(super) fn to_rgb(
             Err(error) => fail("bad-spectrum", error.to_string()),
         },
         SpectrumValue::Samples(samples) => {
-            let samples = samples.iter().map(|&[nm, v]| (nm as f64, v as f64)).collect();
+            let samples = samples
+                .iter()
+                .map(|&[nm, v]| (nm as f64, v as f64))
+                .collect();
             match SampledSpectrum::new(samples) {
                 Ok(spectrum) => spectrum.to_rgb(),
                 Err(error) => fail("bad-spectrum", error.to_string()),
@@ -37,7 +40,10 @@ pub(super) fn to_rgb(
             let bytes = match assets.read(&path) {
                 Ok(bytes) => bytes,
                 Err(error) => {
-                    return fail("missing-file", format!("cannot read \"{}\": {error}", path.value));
+                    return fail(
+                        "missing-file",
+                        format!("cannot read \"{}\": {error}", path.value),
+                    );
                 }
             };
             let file = match float_file::read((*bytes).as_ref()) {

@@ -75,9 +75,9 @@ impl<'a> TextureBuilder<'a> {
         match value {
             Textured::Constant(value) => FloatSource::Constant(value.value),
             Textured::Default => FloatSource::Constant(default),
-            Textured::Texture(texture) => {
-                self.float(texture, diagnostics).unwrap_or(FloatSource::Constant(default))
-            }
+            Textured::Texture(texture) => self
+                .float(texture, diagnostics)
+                .unwrap_or(FloatSource::Constant(default)),
         }
     }
 
@@ -128,7 +128,12 @@ impl<'a> TextureBuilder<'a> {
         let entity = self.entities[texture.0 as usize].clone();
         debug_assert_eq!(entity.value_type, TextureType::Float);
         let kind = &entity.entity.kind;
-        let plugin = lookup(Family::FloatTexture, kind, "the default is used", diagnostics)?;
+        let plugin = lookup(
+            Family::FloatTexture,
+            kind,
+            "the default is used",
+            diagnostics,
+        )?;
         match plugin.schema.name {
             "constant" => {
                 let mut p = ParamReader::new(plugin, &entity.entity, diagnostics);
@@ -139,7 +144,9 @@ impl<'a> TextureBuilder<'a> {
             "imagemap" => {
                 let image = self.image_texture(plugin, &entity, true, diagnostics)?;
                 self.built.float.push(FloatTexture::Image(image));
-                Some(FloatSource::Texture(FloatTextureId::new(self.built.float.len() - 1)))
+                Some(FloatSource::Texture(FloatTextureId::new(
+                    self.built.float.len() - 1,
+                )))
             }
             name => {
                 let what = format!("the texture class \"{name}\"");
@@ -157,18 +164,29 @@ impl<'a> TextureBuilder<'a> {
         let entity = self.entities[texture.0 as usize].clone();
         debug_assert_eq!(entity.value_type, TextureType::Spectrum);
         let kind = &entity.entity.kind;
-        let plugin = lookup(Family::SpectrumTexture, kind, "the default is used", diagnostics)?;
+        let plugin = lookup(
+            Family::SpectrumTexture,
+            kind,
+            "the default is used",
+            diagnostics,
+        )?;
         match plugin.schema.name {
             "constant" => {
                 let mut p = ParamReader::new(plugin, &entity.entity, diagnostics);
                 let value = p.spectrum("value");
                 p.finish();
-                Some(SpectrumSource::Constant(spectra::to_rgb(&value, self.assets, diagnostics)))
+                Some(SpectrumSource::Constant(spectra::to_rgb(
+                    &value,
+                    self.assets,
+                    diagnostics,
+                )))
             }
             "imagemap" => {
                 let image = self.image_texture(plugin, &entity, false, diagnostics)?;
                 self.built.spectrum.push(SpectrumTexture::Image(image));
-                Some(SpectrumSource::Texture(SpectrumTextureId::new(self.built.spectrum.len() - 1)))
+                Some(SpectrumSource::Texture(SpectrumTextureId::new(
+                    self.built.spectrum.len() - 1,
+                )))
             }
             name => {
                 let what = format!("the texture class \"{name}\"");
@@ -193,15 +211,24 @@ impl<'a> TextureBuilder<'a> {
             _ => Wrap::Repeat,
         };
         let max_anisotropy = p.float("maxanisotropy");
-        let filter =
-            if p.bool("trilinear") { Filter::Trilinear } else { Filter::Ewa { max_anisotropy } };
+        let filter = if p.bool("trilinear") {
+            Filter::Trilinear
+        } else {
+            Filter::Ewa { max_anisotropy }
+        };
         let scale = p.float("scale");
         let file = p.file("filename");
         let gamma = p.optional_bool("gamma");
         p.finish();
         let file = file?;
         let gamma = gamma.unwrap_or_else(|| codec::is_gamma_encoded(extension(&file.value)));
-        let key = ImageKey { path: file.value.clone(), grey, gamma, scale: scale.to_bits(), wrap };
+        let key = ImageKey {
+            path: file.value.clone(),
+            grey,
+            gamma,
+            scale: scale.to_bits(),
+            wrap,
+        };
         let image = match self.images.get(&key) {
             Some(&image) => image,
             None => {
@@ -212,7 +239,11 @@ impl<'a> TextureBuilder<'a> {
                 id
             }
         };
-        Some(ImageTexture { image, mapping, filter })
+        Some(ImageTexture {
+            image,
+            mapping,
+            filter,
+        })
     }
 
     fn load(
@@ -222,8 +253,8 @@ impl<'a> TextureBuilder<'a> {
         scale: f32,
         diagnostics: &mut Diagnostics,
     ) -> MipMap {
-        let mut image =
-            read_image(file, self.assets, "grey is used", diagnostics).unwrap_or(Image::constant(MISSING_IMAGE));
+        let mut image = read_image(file, self.assets, "grey is used", diagnostics)
+            .unwrap_or(Image::constant(MISSING_IMAGE));
         if key.grey {
             image = image.into_grey();
         }
@@ -251,14 +282,20 @@ pub(super) fn read_image(
     let bytes = match assets.read(file) {
         Ok(bytes) => bytes,
         Err(error) => {
-            fail("missing-file", format!("cannot read \"{}\": {error}", file.value));
+            fail(
+                "missing-file",
+                format!("cannot read \"{}\": {error}", file.value),
+            );
             return None;
         }
     };
     let mut image = match codec::decode((*bytes).as_ref(), extension(&file.value)) {
         Ok(decoded) => decoded.image,
         Err(error) => {
-            fail("bad-image", format!("cannot decode \"{}\": {error}", file.value));
+            fail(
+                "bad-image",
+                format!("cannot decode \"{}\": {error}", file.value),
+            );
             return None;
         }
     };

@@ -13,16 +13,32 @@ pub struct Preset {
 
 /// The substance of that exact name; sources stand in the table.
 pub fn preset(name: &str) -> Option<Preset> {
-    rows().find(|(row_name, _)| *row_name == name).map(|(_, preset)| preset)
+    rows()
+        .find(|(row_name, _)| *row_name == name)
+        .map(|(_, preset)| preset)
 }
 
 fn rows() -> impl Iterator<Item = (&'static str, Preset)> {
-    let lines = include_str!("presets.csv").lines().filter(|line| !line.starts_with('#'));
+    let lines = include_str!("presets.csv")
+        .lines()
+        .filter(|line| !line.starts_with('#'));
     lines.filter_map(|line| {
         let (name, numbers) = line.split_once(',')?;
         let mut numbers = numbers.split(',').map(|n| n.parse::<f32>().ok());
-        let mut rgb = || Some(Rgb::new(numbers.next()??, numbers.next()??, numbers.next()??));
-        Some((name, Preset { sigma_s: rgb()?, sigma_a: rgb()? }))
+        let mut rgb = || {
+            Some(Rgb::new(
+                numbers.next()??,
+                numbers.next()??,
+                numbers.next()??,
+            ))
+        };
+        Some((
+            name,
+            Preset {
+                sigma_s: rgb()?,
+                sigma_a: rgb()?,
+            },
+        ))
     })
 }
 
@@ -35,7 +51,9 @@ mod tests {
     fn every_preset_the_schema_offers_has_coefficients() {
         let medium = Family::Medium.find("homogeneous").expect("a medium type");
         let choices = medium.schema.param("preset").expect("a parameter").types[0];
-        let Type::Choice(names) = choices else { panic!("presets are a choice") };
+        let Type::Choice(names) = choices else {
+            panic!("presets are a choice")
+        };
         let names: Vec<_> = names.iter().filter(|name| !name.is_empty()).collect();
         assert_eq!(names.len(), rows().count());
         for name in names {

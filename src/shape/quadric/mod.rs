@@ -73,7 +73,13 @@ impl Form {
     pub fn corners(&self) -> impl Iterator<Item = DVec3> + use<> {
         let [lo, hi] = self.bounds();
         (0..8).map(move |corner| {
-            let pick = |axis: usize| if corner >> axis & 1 == 0 { lo[axis] } else { hi[axis] };
+            let pick = |axis: usize| {
+                if corner >> axis & 1 == 0 {
+                    lo[axis]
+                } else {
+                    hi[axis]
+                }
+            };
             DVec3::new(pick(0), pick(1), pick(2))
         })
     }
