@@ -19,7 +19,10 @@ struct Noise(u64);
 
 impl Noise {
     fn next(&mut self) -> u32 {
-        self.0 = self.0.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1_442_695_040_888_963_407);
+        self.0 = self
+            .0
+            .wrapping_mul(6_364_136_223_846_793_005)
+            .wrapping_add(1_442_695_040_888_963_407);
         (self.0 >> 33) as u32
     }
 
@@ -70,11 +73,13 @@ fn directives() -> String {
 }
 
 fn measure(bencher: Bencher<'_, '_>, text: String) {
-    bencher.counter(BytesCount::new(text.len())).bench_local(|| {
-        let mut sources = Sources::new();
-        let file = sources.add_text("bench.pbrt", text.as_str());
-        black_box(parse(&mut sources, file, &NoIncludes))
-    });
+    bencher
+        .counter(BytesCount::new(text.len()))
+        .bench_local(|| {
+            let mut sources = Sources::new();
+            let file = sources.add_text("bench.pbrt", text.as_str());
+            black_box(parse(&mut sources, file, &NoIncludes))
+        });
 }
 
 #[divan::bench]
@@ -98,7 +103,9 @@ fn small_directives(bencher: Bencher<'_, '_>) {
     "buddha-fractal/geometry.pbrt",
 ])]
 fn scene_file(bencher: Bencher<'_, '_>, name: &str) {
-    let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes").join(name);
+    let path = Path::new(env!("CARGO_MANIFEST_DIR"))
+        .join("../../shared/scenes")
+        .join(name);
     if let Ok(text) = fs::read_to_string(path) {
         measure(bencher, text);
     }
