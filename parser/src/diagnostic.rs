@@ -135,16 +135,26 @@ impl Diagnostic {
             Severity::Fatal => Level::ERROR.with_name("fatal"),
         };
         let mut group = Group::with_title(title.primary_title(self.message.as_str()).id(self.code));
+        let mut elsewhere = Vec::new();
         if let Some(span) = self.span {
-            group = Self::place(group, sources, span, &self.label, AnnotationKind::Primary);
+            let mut marks = vec![(span, self.label.as_str(), AnnotationKind::Primary)];
+            for (note, text) in &self.notes {
+                let mark = (*note, text.as_str(), AnnotationKind::Context);
+                if Excerpt::range(sources, span).is_some_and(|shown| shown.contains(*note)) {
+                    marks.push(mark);
+                } else {
+                    elsewhere.push(mark);
+                }
+            }
+            group = Self::place(group, sources, &marks);
             for include in sources.include_chain(span.file) {
                 group = group.element(
                     Level::NOTE.message(format!("included from {}", sources.place(include))),
                 );
             }
         }
-        for (span, text) in &self.notes {
-            group = Self::place(group, sources, *span, text, AnnotationKind::Context);
+        for mark in elsewhere {
+            group = Self::place(group, sources, &[mark]);
         }
         if let Some(help) = &self.help {
             group = group.element(Level::HELP.message(help.as_str()));
@@ -158,26 +168,28 @@ impl Diagnostic {
         text
     }
 
-    /// Adds `--> file:line:column` and the source line under it.
+    /// Adds `--> file:line:column` of the first mark, and the source line under it with all of them.
     fn place<'a>(
         group: Group<'a>,
         sources: &Sources,
-        span: Span,
-        label: &'a str,
-        kind: AnnotationKind,
+        marks: &[(Span, &'a str, AnnotationKind)],
     ) -> Group<'a> {
-        let excerpt = Excerpt::new(sources, span);
+        let Some(&(span, ..)) = marks.first() else {
+            return group;
+        };
+        let spans: Vec<Span> = marks.iter().map(|&(span, ..)| span).collect();
+        let excerpt = Excerpt::new(sources, &spans);
         let Location { line, column } = sources.location(span);
         let name = printable(sources.name(span.file));
-        let annotation = kind.span(excerpt.marked.clone());
-        let annotation = if label.is_empty() {
-            annotation
-        } else {
-            annotation.label(label)
-        };
-        let snippet = Snippet::source(excerpt.text)
-            .line_start(line)
-            .annotation(annotation);
+        let mut snippet = Snippet::source(excerpt.text).line_start(line);
+        for (&(_, label, kind), marked) in marks.iter().zip(excerpt.marked) {
+            let annotation = kind.span(marked);
+            snippet = snippet.annotation(if label.is_empty() {
+                annotation
+            } else {
+                annotation.label(label)
+            });
+        }
         if excerpt.starts_line {
             group.element(snippet.path(name))
         } else {
@@ -192,45 +204,76 @@ impl Diagnostic {
 /// The part of a source line around a span, made printable.
 struct Excerpt {
     text: String,
-    /// Bytes of `text` to underline.
-    marked: Range<usize>,
+    /// Bytes of `text` to underline, for each span.
+    marked: Vec<Range<usize>>,
     /// Whether nothing is cut off before it.
     starts_line: bool,
 }
 
 impl Excerpt {
     /// Source bytes shown before the place.
-    const BEFORE: usize = 100;
+    const BEFORE: u32 = 100;
     /// Source bytes shown from the place on.
-    const BEHIND: usize = 100;
+    const BEHIND: u32 = 100;
 
-    fn new(sources: &Sources, span: Span) -> Self {
+    /// The source bytes shown for a span; `None` for a file that is not there.
+    fn range(sources: &Sources, span: Span) -> Option<Span> {
+        sources.get(span.file)?;
         let line = sources.line_span(span);
         let at = span.lo.clamp(line.lo, line.hi);
-        let lo = line.lo.max(at.saturating_sub(Self::BEFORE as u32));
-        let hi = line.hi.min(at.saturating_add(Self::BEHIND as u32));
-        let marked_to = span.hi.clamp(at, hi);
-        let mut text = String::new();
-        if lo > line.lo {
-            text.push('…');
-        }
-        let mut add = |lo: u32, hi: u32| {
-            text.push_str(&printable(&String::from_utf8_lossy(sources.text(Span {
-                lo,
-                hi,
-                ..span
-            }))));
-            text.len()
+        let lo = line.lo.max(at.saturating_sub(Self::BEFORE));
+        let hi = line.hi.min(at.saturating_add(Self::BEHIND));
+        Some(Span { lo, hi, ..line })
+    }
+
+    /// The line around the first of `spans`; the others must lie in its range.
+    fn new(sources: &Sources, spans: &[Span]) -> Self {
+        let nothing = Self {
+            text: String::new(),
+            marked: vec![0..0; spans.len()],
+            starts_line: true,
         };
-        let marked = add(lo, at)..add(at, marked_to);
-        add(marked_to, hi);
-        if hi < line.hi {
-            text.push('…');
+        let Some((first, shown)) = spans
+            .first()
+            .and_then(|span| Some((*span, Self::range(sources, *span)?)))
+        else {
+            return nothing;
+        };
+        let line = sources.line_span(first);
+        let starts_line = shown.lo == line.lo;
+        let mut text = String::from(if starts_line { "" } else { "…" });
+        // The text is made piece by piece between the ends of the spans: printing changes lengths.
+        let inside = |at: u32| at.clamp(shown.lo, shown.hi);
+        let mut cuts: Vec<u32> = spans
+            .iter()
+            .flat_map(|span| [inside(span.lo), inside(span.hi)])
+            .collect();
+        cuts.extend([shown.lo, shown.hi]);
+        cuts.sort_unstable();
+        cuts.dedup();
+        let mut offsets = vec![text.len()];
+        for piece in cuts.windows(2) {
+            let bytes = sources.text(Span {
+                lo: piece[0],
+                hi: piece[1],
+                ..first
+            });
+            text.push_str(&printable(&String::from_utf8_lossy(bytes)));
+            offsets.push(text.len());
         }
+        text.push_str(if shown.hi < line.hi { "…" } else { "" });
+        let offset = |at: u32| {
+            cuts.binary_search(&inside(at))
+                .map_or(text.len(), |cut| offsets[cut])
+        };
+        let marked = spans
+            .iter()
+            .map(|span| offset(span.lo)..offset(span.hi.max(span.lo)))
+            .collect();
         Self {
             text,
             marked,
-            starts_line: lo == line.lo,
+            starts_line,
         }
     }
 }

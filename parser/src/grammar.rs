@@ -323,7 +323,15 @@ impl Parser<'_> {
     fn unexpected(&mut self, lexeme: Lexeme, what: &str) -> Resync {
         if lexeme.kind != Kind::Unterminated {
             let message = format!("expected {what}, found `{}`", self.tokens.shown(lexeme));
-            self.report(Diagnostic::fatal("unexpected-token", lexeme.span, message));
+            let fault = Diagnostic::fatal("unexpected-token", lexeme.span, message);
+            let directive = self.tokens.extent_before();
+            // What is missing is missing there; the fault itself may be lines away.
+            let is_next = self.keyword(lexeme).is_some();
+            self.report(if is_next {
+                fault.with_note(directive, "this directive is not complete")
+            } else {
+                fault
+            });
         }
         self.tokens.push_back(lexeme);
         Resync
@@ -340,9 +348,13 @@ impl Parser<'_> {
                     lexeme.span,
                     format!("unknown directive `{shown}`"),
                 );
-                match closest(&shown, KEYWORDS) {
-                    Some(keyword) => fault.with_help(format!("did you mean `{keyword}`?")),
-                    None => fault,
+                let before_hash = shown.split('#').next().unwrap_or_default();
+                if KEYWORDS.contains(&before_hash) {
+                    fault.with_help("a `#` inside a word starts no comment: put a space before it")
+                } else if let Some(keyword) = closest(&shown, KEYWORDS) {
+                    fault.with_help(format!("did you mean `{keyword}`?"))
+                } else {
+                    fault
                 }
             }
             _ => {
@@ -353,10 +365,18 @@ impl Parser<'_> {
         self.report(fault);
     }
 
-    /// Skips to the next directive keyword.
+    /// Skips to the next directive keyword, or to what looks like a misspelt one.
     fn resync(&mut self) {
         while let Some(lexeme) = self.tokens.next() {
-            if self.keyword(lexeme).is_some() {
+            let starts_alpha = || {
+                self.tokens
+                    .text(lexeme)
+                    .first()
+                    .is_some_and(u8::is_ascii_alphabetic)
+            };
+            let looks_like_one =
+                lexeme.kind == Kind::Word && starts_alpha() && self.tokens.is_first_on_line(lexeme);
+            if looks_like_one || self.keyword(lexeme).is_some() {
                 self.tokens.push_back(lexeme);
                 return;
             }

@@ -148,11 +148,11 @@ impl<'a> TokenStream<'a> {
         };
         self.top_level = root;
         self.last = Span::new(root, 0, 0);
-        self.push_frame(root, bytes, Span::new(root, 0, 0));
+        self.push_frame(root, bytes, None);
     }
 
-    /// Starts reading a file at the next token. `asked_by` is where to report what makes it unreadable.
-    fn push_frame(&mut self, file: FileId, bytes: SourceBytes, asked_by: Span) {
+    /// Starts reading a file at the next token. `asked_by` is the `Include`, if there is one.
+    fn push_frame(&mut self, file: FileId, bytes: SourceBytes, asked_by: Option<Span>) {
         let text = (*bytes).as_ref();
         let reason = match text {
             _ if u32::try_from(text.len()).is_err() => "it is 4 GiB or larger",
@@ -173,8 +173,12 @@ impl<'a> TokenStream<'a> {
             }
         };
         let message = format!("cannot read \"{}\": {reason}", self.sources.name(file));
-        self.report
-            .push(Diagnostic::fatal("unreadable-file", asked_by, message));
+        self.report.push(Diagnostic::new(
+            Severity::Fatal,
+            "unreadable-file",
+            asked_by,
+            message,
+        ));
     }
 
     /// The next token; `None` at the end of all input.
@@ -202,6 +206,25 @@ impl<'a> TokenStream<'a> {
     /// From the keyword to the last token taken, as far as it lies in the keyword's file.
     pub(crate) fn extent(&self) -> Span {
         self.extent[1]
+    }
+
+    /// The extent without the last token.
+    pub(crate) fn extent_before(&self) -> Span {
+        self.extent[0]
+    }
+
+    /// Whether only white space stands between the start of the line and this token.
+    pub(crate) fn is_first_on_line(&self, lexeme: Lexeme) -> bool {
+        let before = self.sources.text(Span {
+            lo: 0,
+            hi: lexeme.span.lo,
+            ..lexeme.span
+        });
+        before
+            .iter()
+            .rev()
+            .find(|byte| !matches!(byte, b' ' | b'\t'))
+            .is_none_or(|byte| matches!(byte, b'\n' | b'\r'))
     }
 
     /// The place behind the last token read.
@@ -316,7 +339,7 @@ impl<'a> TokenStream<'a> {
         let file = self
             .sources
             .add_included(loaded.name, loaded.bytes.clone(), directive);
-        self.push_frame(file, loaded.bytes, directive);
+        self.push_frame(file, loaded.bytes, Some(directive));
     }
 
     /// A file being read that has exactly this text.

@@ -94,6 +94,11 @@ impl Span {
         self.hi.saturating_sub(self.lo) as usize
     }
 
+    /// Whether `other` lies in this range.
+    pub fn contains(self, other: Span) -> bool {
+        self.file == other.file && self.lo <= other.lo && other.hi <= self.hi
+    }
+
     /// Whether it covers no byte.
     pub fn is_empty(self) -> bool {
         self.len() == 0

@@ -314,12 +314,18 @@ impl Parser<'_> {
 
     /// Skips to the end of a list that is lost: its bracket, or the keyword behind a forgotten one.
     fn abandon_list(&mut self) -> Parsed<ControlFlow<(), Span>> {
+        let mut depth = 1_usize;
         while let Some(lexeme) = self.tokens.next() {
-            if lexeme.kind == Kind::Close {
-                break;
+            match lexeme.kind {
+                Kind::Open => depth += 1,
+                Kind::Close => depth -= 1,
+                Kind::Word if self.keyword(lexeme).is_some() => {
+                    self.tokens.push_back(lexeme);
+                    break;
+                }
+                _ => {}
             }
-            if self.keyword(lexeme).is_some() {
-                self.tokens.push_back(lexeme);
+            if depth == 0 {
                 break;
             }
             self.tokens.numbers(|_| ());
