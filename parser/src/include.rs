@@ -10,7 +10,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::lexer::{self, Token};
 use crate::numbers::{self, Number};
 use crate::report::Report;
-use crate::source::{FileId, SourceBytes, Sources, Span, excerpt};
+use crate::source::{BYTE_ORDER_MARK, FileId, SourceBytes, Sources, Span, excerpt};
 
 /// Includes within includes. Real scenes nest a handful of times.
 const MAX_DEPTH: usize = 256;
@@ -159,8 +159,8 @@ impl<'a> TokenStream<'a> {
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it is UTF-16 text; save it as UTF-8",
             [0x1f, 0x8b, ..] => "it is compressed; unpack it first",
             _ => {
-                let position = if text.starts_with(b"\xef\xbb\xbf") {
-                    3
+                let position = if text.starts_with(BYTE_ORDER_MARK) {
+                    BYTE_ORDER_MARK.len()
                 } else {
                     0
                 };
@@ -187,8 +187,7 @@ impl<'a> TokenStream<'a> {
             Some(lexeme) => lexeme,
             None => self.lex()?,
         };
-        self.last = lexeme.span;
-        self.extent = [self.extent[1], self.extent[1].to(lexeme.span)];
+        self.take(lexeme.span);
         Some(lexeme)
     }
 
@@ -247,7 +246,7 @@ impl<'a> TokenStream<'a> {
         if self.pushed_back.is_some() {
             return 0;
         }
-        let Some(frame) = self.frames.last_mut() else {
+        let Some(frame) = self.frames.last() else {
             return 0;
         };
         let mut count = 0;
@@ -255,8 +254,32 @@ impl<'a> TokenStream<'a> {
             count += 1;
             push(number);
         });
-        frame.position += used;
+        self.advance(used);
         count
+    }
+
+    /// Takes one plain number if it follows in the current file.
+    pub(crate) fn plain_number(&mut self) -> Option<Number> {
+        let frame = self.frames.last().filter(|_| self.pushed_back.is_none())?;
+        let (number, used) = numbers::next(frame.rest())?;
+        self.advance(used);
+        Some(number)
+    }
+
+    /// Moves behind numbers that were read without making tokens of them.
+    fn advance(&mut self, used: usize) {
+        if let Some(frame) = self.frames.last_mut().filter(|_| used > 0) {
+            frame.position += used;
+            let at = frame.position as u32;
+            let end = Span::new(frame.file, at, at);
+            self.take(end);
+        }
+    }
+
+    /// Notes that everything up to the end of `token` is taken.
+    fn take(&mut self, token: Span) {
+        self.last = token;
+        self.extent = [self.extent[1], self.extent[1].to(token)];
     }
 
     fn lex(&mut self) -> Option<Lexeme> {

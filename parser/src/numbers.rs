@@ -228,18 +228,21 @@ fn scaled(mantissa: u64, exponent: i64) -> f32 {
 #[inline]
 pub fn list(text: &[u8], mut push: impl FnMut(Number)) -> usize {
     let mut at = 0;
-    loop {
-        while at < text.len() && is_space(text[at]) {
-            at += 1;
-        }
-        match plain(&text[at..]) {
-            Some((number, used)) => {
-                push(number);
-                at += used;
-            }
-            None => return at,
-        }
+    while let Some((number, used)) = next(&text[at..]) {
+        push(number);
+        at += used;
     }
+    at
+}
+
+/// Reads white space and one plain decimal number; with the bytes read. `None` where [`list`] would stop.
+#[inline]
+pub fn next(text: &[u8]) -> Option<(Number, usize)> {
+    let mut blanks = 0;
+    while blanks < text.len() && is_space(text[blanks]) {
+        blanks += 1;
+    }
+    plain(&text[blanks..]).map(|(number, used)| (number, blanks + used))
 }
 
 /// Powers of ten that are exact in double precision.

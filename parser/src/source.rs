@@ -60,6 +60,9 @@ pub struct Sources {
     files: Vec<SourceFile>,
 }
 
+/// What some editors put in front of UTF-8 text. It is skipped.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Line feeds are counted for whole blocks of this many bytes, so that the index stays small whatever the line length.
 const LINE_BLOCK: usize = 1 << 16;
 
@@ -118,10 +121,16 @@ impl SourceFile {
         (*self.bytes).as_ref()
     }
 
-    /// The offset where the line of the byte at `offset` starts.
+    /// The offset where the line of the byte at `offset` starts. A byte-order mark belongs to no line.
     fn line_start(&self, offset: usize) -> usize {
         let text = self.text();
-        memrchr(b'\n', &text[..offset.min(text.len())]).map_or(0, |at| at + 1)
+        let offset = offset.min(text.len());
+        let start = if text.starts_with(BYTE_ORDER_MARK) {
+            BYTE_ORDER_MARK.len().min(offset)
+        } else {
+            0
+        };
+        memrchr(b'\n', &text[..offset]).map_or(start, |at| at + 1)
     }
 
     /// The number of line feeds before `offset`.

@@ -194,7 +194,7 @@ impl Parser<'_> {
                 self.push_string(first, values);
                 Ok(ControlFlow::Continue(first.span))
             }
-            Kind::Word if self.keyword(first).is_none() => {
+            Kind::Word if !self.is_keyword(first) => {
                 let Ok(number) = self.value_number(first) else {
                     // Given back for a resync that is not needed: one token is one value.
                     self.tokens.next();
@@ -235,7 +235,7 @@ impl Parser<'_> {
             match lexeme.kind {
                 Kind::Close => return Ok(ControlFlow::Continue(open.span.to(lexeme.span))),
                 Kind::Quoted if values.n_numbers == 0 => self.push_string(lexeme, values),
-                Kind::Word if values.n_strings == 0 && self.keyword(lexeme).is_none() => {
+                Kind::Word if values.n_strings == 0 && !self.is_keyword(lexeme) => {
                     match self.value_number(lexeme) {
                         Ok(number) => values.push_number(number),
                         Err(Resync) => return self.abandon_list(),
@@ -275,7 +275,7 @@ impl Parser<'_> {
         let (code, message, is_behind) = match lexeme.kind {
             Kind::Unterminated => return false,
             Kind::Open => ("nested-list", "lists do not nest".to_owned(), false),
-            Kind::Word if self.keyword(lexeme).is_some() => (
+            Kind::Word if self.is_keyword(lexeme) => (
                 "missing-bracket",
                 format!("expected `]`, found the directive `{shown}`"),
                 true,
@@ -319,7 +319,7 @@ impl Parser<'_> {
             match lexeme.kind {
                 Kind::Open => depth += 1,
                 Kind::Close => depth -= 1,
-                Kind::Word if self.keyword(lexeme).is_some() => {
+                Kind::Word if self.is_keyword(lexeme) => {
                     self.tokens.push_back(lexeme);
                     break;
                 }
