@@ -8,6 +8,9 @@ use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet}
 
 use crate::source::{Location, Sources, Span};
 
+/// Includes listed under a finding, innermost first.
+const MAX_INCLUDES_SHOWN: usize = 8;
+
 /// How bad it is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Severity {
@@ -147,10 +150,16 @@ impl Diagnostic {
                 }
             }
             group = Self::place(group, sources, &marks);
-            for include in sources.include_chain(span.file) {
+            let mut includes = sources.include_chain(span.file);
+            for include in includes.by_ref().take(MAX_INCLUDES_SHOWN) {
                 group = group.element(
                     Level::NOTE.message(format!("included from {}", sources.place(include))),
                 );
+            }
+            let n_more = includes.count();
+            if n_more > 0 {
+                group =
+                    group.element(Level::NOTE.message(format!("and {n_more} includes further up")));
             }
         }
         for mark in elsewhere {

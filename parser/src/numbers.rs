@@ -236,7 +236,7 @@ pub fn list(text: &[u8], mut push: impl FnMut(Number)) -> usize {
 }
 
 /// Reads white space and one plain decimal number; with the bytes read. `None` where [`list`] would stop.
-#[inline]
+#[inline(always)] // one loop for each kind of vector; a call for each number costs a tenth
 pub fn next(text: &[u8]) -> Option<(Number, usize)> {
     let mut blanks = 0;
     while blanks < text.len() && is_space(text[blanks]) {
@@ -254,7 +254,7 @@ const POWERS: [f64; 23] = [
 /// The plain decimal number, complete with its end, that the text starts with.
 ///
 /// `None` when there is none, or when it is not certain that the result is correctly rounded.
-#[inline]
+#[inline(always)]
 fn plain(text: &[u8]) -> Option<(Number, usize)> {
     // Half of a density grid is "0 ".
     if let [digit @ b'0'..=b'9', end, ..] = text
@@ -303,7 +303,7 @@ fn plain(text: &[u8]) -> Option<(Number, usize)> {
 /// Both operands are exact, so the double is correctly rounded. Rounding it once more to single precision goes wrong
 /// only when the double is itself the midpoint of two floats, because rounding is monotone and every midpoint is a
 /// double; then the long way decides. The result is far from the subnormal range: it is zero or at least 10⁻²².
-#[inline]
+#[inline(always)]
 fn rounded(mantissa: u64, exponent: i32) -> Option<f32> {
     if mantissa > 1 << 53 {
         return None;
@@ -319,7 +319,7 @@ fn rounded(mantissa: u64, exponent: i32) -> Option<f32> {
 }
 
 /// Appends a run of decimal digits to `mantissa`, which wraps; moves `at` behind it and returns its length.
-#[inline]
+#[inline(always)]
 fn digits(text: &[u8], at: &mut usize, mantissa: &mut u64) -> usize {
     const TENS: [u64; 9] = [
         1,
@@ -362,7 +362,7 @@ fn digits(text: &[u8], at: &mut usize, mantissa: &mut u64) -> usize {
 
 /// The number that eight digit values spell, first digit in the lowest byte: neighbours are joined to pairs, pairs to
 /// fours, fours to eight (D. Lemire, "Quickly parsing eight digits", 2018).
-#[inline]
+#[inline(always)]
 fn eight_digits(values: u64) -> u64 {
     let pairs = (values.wrapping_mul(10).wrapping_add(values >> 8)) & 0x00ff_00ff_00ff_00ff;
     let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;

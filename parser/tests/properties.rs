@@ -17,7 +17,23 @@ use tyndall_parser::{
     Spanned, parse, print,
 };
 
+/// So many cases, or as many as `PROPTEST_CASES` says.
+fn cases(cases: u32) -> ProptestConfig {
+    let default = ProptestConfig::default();
+    let cases = if std::env::var_os("PROPTEST_CASES").is_some() {
+        default.cases
+    } else {
+        cases
+    };
+    ProptestConfig {
+        cases,
+        failure_persistence: None,
+        ..default
+    }
+}
+
 /// A directory of scenes of the benchmark set, if it is there.
+#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn scenes() -> Option<PathBuf> {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../shared/scenes");
     if !path.is_dir() {
@@ -314,7 +330,7 @@ const PIECES: [&str; 42] = [
 ];
 
 proptest! {
-    #![proptest_config(ProptestConfig { cases: 2000, failure_persistence: None, ..ProptestConfig::default() })]
+    #![proptest_config(cases(2000))]
 
     #[test]
     fn printed_directives_read_back_as_themselves(directives in vec(directive(), 0..8)) {
@@ -357,6 +373,27 @@ proptest! {
             }
         }
         survives(&bytes);
+    }
+}
+
+proptest! {
+    #![proptest_config(cases(2000))]
+
+    #[test]
+    fn arbitrary_pieces_in_files_that_include_each_other_are_survived(
+        files in vec(vec(select([&PIECES[..], &["Include \"0\"", "Include \"1\"", "Include \"2\"", "Include \"3\""]].concat()), 0..20), 3),
+    ) {
+        let texts: Vec<String> = files.into_iter().map(|pieces| pieces.join(" ")).collect();
+        let load = |name: &str, _: &str| match name.parse().ok().and_then(|i: usize| texts.get(i)) {
+            Some(text) => Ok(Loaded { name: name.to_owned(), bytes: Arc::new(text.clone().into_bytes()) }),
+            None => Err(LoadError::new("there is no such file")),
+        };
+        let mut sources = Sources::new();
+        let file = sources.add_text("0", texts[0].as_str());
+        let (scene, found) = parse(&mut sources, file, &load);
+        found.render(&sources, Style::Plain);
+        let (again, _, _) = read(print(&scene));
+        prop_assert!(again.says_the_same(&scene));
     }
 }
 

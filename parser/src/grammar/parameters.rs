@@ -396,9 +396,9 @@ impl Parser<'_> {
                         Diagnostic::warning("integer-overflow", span, message).with_label(label),
                     );
                 }
-                ParamValue::Integer(values)
+                ParamValue::Integer(trimmed(values))
             }
-            (Numbers::Floats(values), _) => ParamValue::Float(values),
+            (Numbers::Floats(values), _) => ParamValue::Float(trimmed(values)),
             (Numbers::Pairs(pairs), kind) => {
                 let pairs = self.whole(kind, pairs, span);
                 match kind {
@@ -506,8 +506,17 @@ impl Parser<'_> {
             );
             self.report(Diagnostic::warning("tuple-remainder", span, message).with_label(label));
         }
-        tuples.whole
+        trimmed(tuples.whole)
     }
+}
+
+/// Gives back what a long list grew beyond its end; short ones are not worth the call.
+fn trimmed<T>(mut values: Vec<T>) -> Vec<T> {
+    const WORTHWHILE: usize = 1 << 14;
+    if values.capacity() > WORTHWHILE {
+        values.shrink_to_fit();
+    }
+    values
 }
 
 fn unspanned(strings: Vec<Spanned<String>>) -> Vec<String> {
