@@ -300,22 +300,22 @@ fn plain(text: &[u8]) -> Option<(Number, usize)> {
 
 /// `mantissa · 10^exponent` to the nearest float, when that can be had from one operation in double precision.
 ///
-/// Both operands are exact, so the double is correctly rounded. Rounding it once more to single precision goes wrong
-/// only when the double is itself the midpoint of two floats, because rounding is monotone and every midpoint is a
-/// double; then the long way decides. The result is far from the subnormal range: it is zero or at least 10⁻²².
+/// Up to 2⁵³ both operands are exact, so the double is correctly rounded; beyond, the mantissa is rounded, too, and the
+/// double is less than three units in the last place off. Every midpoint of two floats is a double and rounding is
+/// monotone, so rounding once more to single precision can go wrong only when the double is a midpoint, or that near to
+/// one; then the long way decides. The result is never subnormal: it is zero or at least 10⁻²².
 #[inline(always)]
 fn rounded(mantissa: u64, exponent: i32) -> Option<f32> {
-    if mantissa > 1 << 53 {
-        return None;
-    }
     let power = *POWERS.get(exponent.unsigned_abs() as usize)?;
     let value = if exponent < 0 {
         mantissa as f64 / power
     } else {
         mantissa as f64 * power
     };
+    // The 29 bits that a double has more than a float.
     let below_float = value.to_bits() & 0x1fff_ffff;
-    (below_float != 0x1000_0000).then_some(value as f32)
+    let doubt = if mantissa <= 1 << 53 { 0 } else { 3 };
+    (below_float.abs_diff(0x1000_0000) > doubt).then_some(value as f32)
 }
 
 /// Appends a run of decimal digits to `mantissa`, which wraps; moves `at` behind it and returns its length.

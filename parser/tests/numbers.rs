@@ -143,6 +143,16 @@ proptest! {
     }
 
     #[test]
+    fn decimals_near_midpoints_are_correctly_rounded(
+        bits in 0x3000_0000..0x4b00_0000_u32, digits in 12..22_usize, nudge in -3..=3_i64,
+    ) {
+        let [below, above] = [bits, bits + 1].map(|bits| f64::from(f32::from_bits(bits)));
+        let near = f64::from_bits(((below + above) / 2.0).to_bits().wrapping_add_signed(nudge));
+        check_f32(&format!("{near:.digits$e}"));
+        check_f32(&format!("{near:.digits$}"));
+    }
+
+    #[test]
     fn digits_alone_are_integers_that_saturate(text in "[0-9]{1,30}") {
         let expected = text.parse::<i64>().unwrap_or(i64::MAX);
         let found = literal(text.as_bytes()).unwrap();
