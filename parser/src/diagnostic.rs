@@ -125,11 +125,12 @@ impl Diagnostic {
     ///
     /// ```text
     /// error[unknown-parameter-type]: `flaot` is no parameter type
-    ///   --> scenes/ball.pbrt:3:16
-    ///    |
-    ///  3 | Shape "sphere" "flaot radius" 2
-    ///    |                ^^^^^^^^^^^^^^
-    ///    = help: did you mean "float"?
+    ///  --> scenes/ball.pbrt:3:16
+    ///   |
+    /// 3 | Shape "sphere" "flaot radius" 2
+    ///   |                ^^^^^^^^^^^^^^ this parameter is ignored
+    ///   |
+    ///   = help: did you mean "float"?
     /// ```
     pub fn render(&self, sources: &Sources, style: Style) -> String {
         let title = match self.severity {
@@ -137,24 +138,28 @@ impl Diagnostic {
             Severity::Error => Level::ERROR,
             Severity::Fatal => Level::ERROR.with_name("fatal"),
         };
-        let mut group = Group::with_title(title.primary_title(self.message.as_str()).id(self.code));
-        let mut elsewhere = Vec::new();
+        let mut group = Group::with_title(
+            title
+                .primary_title(printable_lines(&self.message))
+                .id(self.code),
+        );
+        let shown = self.span.and_then(|span| Excerpt::range(sources, span));
+        let notes = self
+            .notes
+            .iter()
+            .map(|(span, text)| (*span, text.as_str(), AnnotationKind::Context));
+        let (beside, elsewhere): (Vec<_>, Vec<_>) =
+            notes.partition(|(span, ..)| shown.is_some_and(|shown| shown.contains(*span)));
         if let Some(span) = self.span {
             let mut marks = vec![(span, self.label.as_str(), AnnotationKind::Primary)];
-            for (note, text) in &self.notes {
-                let mark = (*note, text.as_str(), AnnotationKind::Context);
-                if Excerpt::range(sources, span).is_some_and(|shown| shown.contains(*note)) {
-                    marks.push(mark);
-                } else {
-                    elsewhere.push(mark);
-                }
-            }
+            marks.extend(beside);
             group = Self::place(group, sources, &marks);
             let mut includes = sources.include_chain(span.file);
             for include in includes.by_ref().take(MAX_INCLUDES_SHOWN) {
-                group = group.element(
-                    Level::NOTE.message(format!("included from {}", sources.place(include))),
-                );
+                group = group.element(Level::NOTE.message(printable(&format!(
+                    "included from {}",
+                    sources.place(include)
+                ))));
             }
             let n_more = includes.count();
             if n_more > 0 {
@@ -166,7 +171,7 @@ impl Diagnostic {
             group = Self::place(group, sources, &[mark]);
         }
         if let Some(help) = &self.help {
-            group = group.element(Level::HELP.message(help.as_str()));
+            group = group.element(Level::HELP.message(printable_lines(help)));
         }
         let renderer = match style {
             Style::Plain => Renderer::plain(),
@@ -181,7 +186,7 @@ impl Diagnostic {
     fn place<'a>(
         group: Group<'a>,
         sources: &Sources,
-        marks: &[(Span, &'a str, AnnotationKind)],
+        marks: &[(Span, &str, AnnotationKind)],
     ) -> Group<'a> {
         let Some(&(span, ..)) = marks.first() else {
             return group;
@@ -196,7 +201,7 @@ impl Diagnostic {
             snippet = snippet.annotation(if label.is_empty() {
                 annotation
             } else {
-                annotation.label(label)
+                annotation.label(printable(label))
             });
         }
         if excerpt.starts_line {
@@ -298,6 +303,14 @@ fn printable(text: &str) -> String {
             }
         })
         .collect()
+}
+
+/// The same for text that may have several lines.
+fn printable_lines(text: &str) -> String {
+    text.split('\n')
+        .map(printable)
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 impl Diagnostics {
@@ -452,11 +465,42 @@ mod tests {
     }
 
     #[test]
+    fn no_control_character_of_a_name_or_message_reaches_the_terminal() {
+        let mut sources = Sources::new();
+        let evil = "a\x1b[2J\r";
+        let a = sources.add_text(evil, "Include");
+        let b = sources.add_included(
+            evil,
+            std::sync::Arc::new(evil.as_bytes().to_vec()),
+            Span::new(a, 0, 7),
+        );
+        let text = Diagnostic::error("c", Span::new(b, 0, 1), evil)
+            .with_label(evil)
+            .with_note(Span::new(a, 0, 1), evil)
+            .with_help(evil)
+            .render(&sources, Style::Plain);
+        assert!(!text.contains(['\x1b', '\r']), "{text:?}");
+    }
+
+    #[test]
     fn colours_are_escapes_and_only_on_demand() {
         let sources = Sources::new();
         let fatal = Diagnostic::new(Severity::Fatal, "c", None, "m".into());
         assert!(fatal.render(&sources, Style::Coloured).contains("\x1b["));
         assert_eq!(fatal.render(&sources, Style::Plain), "fatal[c]: m\n");
+    }
+
+    #[test]
+    fn notes_are_shown_even_when_the_finding_has_no_place() {
+        let mut sources = Sources::new();
+        let file = sources.add_text("a.pbrt", "Identity");
+        let found = Diagnostic::new(Severity::Error, "c", None, "m".into())
+            .with_note(Span::new(file, 0, 8), "see here");
+        let text = found.render(&sources, Style::Plain);
+        assert!(
+            text.contains("a.pbrt:1:1") && text.contains("see here"),
+            "{text}"
+        );
     }
 
     #[test]

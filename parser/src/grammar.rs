@@ -121,6 +121,9 @@ pub fn parse_all(
     for &root in roots {
         parser.tokens.open(root);
         parser.run();
+        if parser.tokens.report.is_full() {
+            break;
+        }
     }
     (
         SceneFile {
@@ -303,11 +306,8 @@ impl Parser<'_> {
     /// The number a word spells. Garbage behind it is ignored with a warning, as pbrt-v3 ignores it silently.
     fn number(&mut self, lexeme: Lexeme) -> Parsed<Number> {
         let text = self.tokens.text(lexeme);
-        let Some(Literal { number, used }) = (if lexeme.kind == Kind::Word {
-            numbers::literal(text)
-        } else {
-            None
-        }) else {
+        let word = (lexeme.kind == Kind::Word).then_some(text);
+        let Some(Literal { number, used }) = word.and_then(numbers::literal) else {
             return Err(self.unexpected(lexeme, "a number"));
         };
         if used < text.len() {
@@ -315,7 +315,7 @@ impl Parser<'_> {
                 lo: lexeme.span.lo + used as u32,
                 ..lexeme.span
             };
-            let value = String::from_utf8_lossy(&text[..used.min(40)]);
+            let value = excerpt(&text[..used]);
             let message = format!("malformed number `{}`", excerpt(text));
             let label = format!("ignored: the number is read as {value}");
             self.report(

@@ -238,7 +238,7 @@ impl<'a> TokenStream<'a> {
 
     /// The text of a token for a message: short and printable.
     pub(crate) fn shown(&self, lexeme: Lexeme) -> String {
-        excerpt(self.text(lexeme)).into_owned()
+        excerpt(self.text(lexeme))
     }
 
     /// Takes plain numbers as long as they follow in the current file; returns how many.

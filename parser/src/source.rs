@@ -1,6 +1,5 @@
 //! Source files and places in them. Lines and columns are computed when something is printed, never while parsing.
 
-use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use memchr::{memchr, memchr_iter, memrchr};
@@ -279,52 +278,23 @@ impl Sources {
 }
 
 /// Text of unknown encoding for a message: UTF-8 with replacement characters, control characters escaped, and cut
-/// to at most about 40 characters.
-pub(crate) fn excerpt(text: &[u8]) -> Cow<'_, str> {
+/// to about 40 characters.
+pub(crate) fn excerpt(text: &[u8]) -> String {
     const LONGEST: usize = 40;
+    // No character has more than four bytes.
     let head = String::from_utf8_lossy(&text[..text.len().min(4 * LONGEST)]);
-    if head.chars().count() <= LONGEST
-        && text.len() <= 4 * LONGEST
-        && !head.chars().any(char::is_control)
-    {
-        return head;
+    let mut shown = String::new();
+    for c in head.chars().take(LONGEST) {
+        if c.is_control() {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
     }
-    let mut shown: String = head
-        .chars()
-        .take(LONGEST)
-        .flat_map(EscapeControl::new)
-        .collect();
     if head.chars().count() > LONGEST || text.len() > 4 * LONGEST {
         shown.push('…');
     }
-    Cow::Owned(shown)
-}
-
-/// A character, or its escape when it is a control character.
-enum EscapeControl {
-    Plain(std::option::IntoIter<char>),
-    Escaped(std::char::EscapeDefault),
-}
-
-impl EscapeControl {
-    fn new(c: char) -> Self {
-        if c.is_control() {
-            Self::Escaped(c.escape_default())
-        } else {
-            Self::Plain(Some(c).into_iter())
-        }
-    }
-}
-
-impl Iterator for EscapeControl {
-    type Item = char;
-
-    fn next(&mut self) -> Option<char> {
-        match self {
-            Self::Plain(c) => c.next(),
-            Self::Escaped(c) => c.next(),
-        }
-    }
+    shown
 }
 
 #[cfg(test)]
