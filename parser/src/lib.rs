@@ -35,6 +35,7 @@ pub mod numbers;
 pub mod params;
 pub mod print;
 mod report;
+pub mod schema;
 pub mod source;
 pub mod suggest;
 

@@ -33,6 +33,13 @@ pub struct TransformPair {
     pub end: DMat4,
 }
 
+impl TransformPair {
+    /// Whether the two differ.
+    pub fn is_animated(&self) -> bool {
+        self.start != self.end
+    }
+}
+
 /// A plugin with its parameters and everything its names referred to where it was written.
 #[derive(Clone, Debug)]
 pub struct Entity {
@@ -56,6 +63,8 @@ pub struct TextureBinding {
     pub float: Option<TextureRef>,
     /// Spectrum texture of that name, if there is one.
     pub spectrum: Option<TextureRef>,
+    /// When there is neither: the name nearest to it and where that was defined.
+    pub near_miss: Option<Box<Spanned<String>>>,
 }
 
 /// Value type of a texture.
