@@ -9,8 +9,8 @@ use crate::directive::{ActiveTransform, Directive, Plugin, SceneFile};
 use crate::include::{Kind, Lexeme, Loader, TokenStream};
 use crate::lexer;
 use crate::numbers::{self, Literal, Number};
+use crate::schema::nearest;
 use crate::source::{FileId, Sources, Span, Spanned, excerpt};
-use crate::suggest::closest;
 
 mod parameters;
 
@@ -370,7 +370,7 @@ impl Parser<'_> {
                 let before_hash = shown.split('#').next().unwrap_or_default();
                 if keywords().any(|keyword| keyword == before_hash) {
                     fault.with_help("a `#` inside a word starts no comment: put a space before it")
-                } else if let Some(keyword) = closest(&shown, keywords()) {
+                } else if let Some(keyword) = nearest(&shown, keywords()) {
                     fault.with_help(format!("did you mean `{keyword}`?"))
                 } else {
                     fault
@@ -460,11 +460,19 @@ impl Parser<'_> {
 mod tests {
     use super::{keywords, parse};
     use crate::include::NoIncludes;
+    use crate::schema::DIRECTIVES;
     use crate::source::Sources;
 
     #[test]
     fn keywords_are_sorted_for_their_search() {
         assert!(keywords().is_sorted());
+    }
+
+    #[test]
+    fn the_grammar_knows_the_keywords_of_the_schema() {
+        let mut described: Vec<_> = DIRECTIVES.iter().map(|entry| entry.keyword).collect();
+        described.sort_unstable();
+        assert!(keywords().eq(described));
     }
 
     #[test]

@@ -8,8 +8,8 @@ use crate::diagnostic::Diagnostic;
 use crate::include::{Kind, Lexeme};
 use crate::numbers::Number;
 use crate::params::{Param, ParamList, ParamType, ParamValue};
+use crate::schema::nearest;
 use crate::source::{Span, Spanned, excerpt};
-use crate::suggest::closest;
 
 /// Tuples of `N` numbers under construction.
 struct Tuples<const N: usize> {
@@ -168,7 +168,10 @@ impl Parser<'_> {
             let message = format!("`{}` is no parameter type", excerpt(word.as_bytes()));
             let fault = Diagnostic::error("unknown-parameter-type", decl.span, message)
                 .with_label("this parameter is ignored");
-            self.report(match closest(word, ParamType::words()) {
+            // `int` is too far from `integer` to be a slip of the finger, and still meant.
+            let whole =
+                || ParamType::words().find(|known| word.len() > 2 && known.starts_with(word));
+            self.report(match nearest(word, ParamType::words()).or_else(whole) {
                 Some(known) => fault.with_help(format!("did you mean \"{known}\"?")),
                 None => fault,
             });
