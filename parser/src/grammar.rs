@@ -58,7 +58,9 @@ const DIRECTIVES: [(&str, Rule); 37] = [
         p.plugin().map(Directive::Material).map(Some)
     }),
     ("MediumInterface", |p| p.medium_interface().map(Some)),
-    ("NamedMaterial", |p| p.named_material().map(Some)),
+    ("NamedMaterial", |p| {
+        p.plugin().map(Directive::NamedMaterial).map(Some)
+    }),
     ("ObjectBegin", |p| {
         p.name().map(Directive::ObjectBegin).map(Some)
     }),
@@ -218,20 +220,6 @@ impl Parser<'_> {
             name: self.name()?,
             params: self.params(),
         })
-    }
-
-    /// The name of `NamedMaterial`. pbrt-v3 stops at parameters behind it; here they are read, and said to do nothing.
-    fn named_material(&mut self) -> Parsed<Directive> {
-        let plugin = self.plugin()?;
-        if let Some(first) = plugin.params.iter().next() {
-            let message = "`NamedMaterial` takes no parameters";
-            let help = "set them where the material is made, with `MakeNamedMaterial`";
-            self.report(
-                Diagnostic::error("unexpected-parameters", first.decl_span, message)
-                    .with_help(help),
-            );
-        }
-        Ok(Directive::NamedMaterial(plugin))
     }
 
     /// A name in quotes.
