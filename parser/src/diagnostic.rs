@@ -8,6 +8,9 @@ use annotate_snippets::{AnnotationKind, Group, Level, Origin, Renderer, Snippet}
 
 use crate::source::{Location, Sources, Span};
 
+/// Includes listed under a finding, innermost first.
+const MAX_INCLUDES_SHOWN: usize = 8;
+
 /// How bad it is.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Debug)]
 pub enum Severity {
@@ -122,11 +125,12 @@ impl Diagnostic {
     ///
     /// ```text
     /// error[unknown-parameter-type]: `flaot` is no parameter type
-    ///   --> scenes/ball.pbrt:3:16
-    ///    |
-    ///  3 | Shape "sphere" "flaot radius" 2
-    ///    |                ^^^^^^^^^^^^^^
-    ///    = help: did you mean "float"?
+    ///  --> scenes/ball.pbrt:3:16
+    ///   |
+    /// 3 | Shape "sphere" "flaot radius" 2
+    ///   |                ^^^^^^^^^^^^^^ this parameter is ignored
+    ///   |
+    ///   = help: did you mean "float"?
     /// ```
     pub fn render(&self, sources: &Sources, style: Style) -> String {
         let title = match self.severity {
@@ -134,20 +138,40 @@ impl Diagnostic {
             Severity::Error => Level::ERROR,
             Severity::Fatal => Level::ERROR.with_name("fatal"),
         };
-        let mut group = Group::with_title(title.primary_title(self.message.as_str()).id(self.code));
+        let mut group = Group::with_title(
+            title
+                .primary_title(printable_lines(&self.message))
+                .id(self.code),
+        );
+        let shown = self.span.and_then(|span| Excerpt::range(sources, span));
+        let notes = self
+            .notes
+            .iter()
+            .map(|(span, text)| (*span, text.as_str(), AnnotationKind::Context));
+        let (beside, elsewhere): (Vec<_>, Vec<_>) =
+            notes.partition(|(span, ..)| shown.is_some_and(|shown| shown.contains(*span)));
         if let Some(span) = self.span {
-            group = Self::place(group, sources, span, &self.label, AnnotationKind::Primary);
-            for include in sources.include_chain(span.file) {
-                group = group.element(
-                    Level::NOTE.message(format!("included from {}", sources.place(include))),
-                );
+            let mut marks = vec![(span, self.label.as_str(), AnnotationKind::Primary)];
+            marks.extend(beside);
+            group = Self::place(group, sources, &marks);
+            let mut includes = sources.include_chain(span.file);
+            for include in includes.by_ref().take(MAX_INCLUDES_SHOWN) {
+                group = group.element(Level::NOTE.message(printable(&format!(
+                    "included from {}",
+                    sources.place(include)
+                ))));
+            }
+            let n_more = includes.count();
+            if n_more > 0 {
+                group =
+                    group.element(Level::NOTE.message(format!("and {n_more} includes further up")));
             }
         }
-        for (span, text) in &self.notes {
-            group = Self::place(group, sources, *span, text, AnnotationKind::Context);
+        for mark in elsewhere {
+            group = Self::place(group, sources, &[mark]);
         }
         if let Some(help) = &self.help {
-            group = group.element(Level::HELP.message(help.as_str()));
+            group = group.element(Level::HELP.message(printable_lines(help)));
         }
         let renderer = match style {
             Style::Plain => Renderer::plain(),
@@ -158,26 +182,28 @@ impl Diagnostic {
         text
     }
 
-    /// Adds `--> file:line:column` and the source line under it.
+    /// Adds `--> file:line:column` of the first mark, and the source line under it with all of them.
     fn place<'a>(
         group: Group<'a>,
         sources: &Sources,
-        span: Span,
-        label: &'a str,
-        kind: AnnotationKind,
+        marks: &[(Span, &str, AnnotationKind)],
     ) -> Group<'a> {
-        let excerpt = Excerpt::new(sources, span);
+        let Some(&(span, ..)) = marks.first() else {
+            return group;
+        };
+        let spans: Vec<Span> = marks.iter().map(|&(span, ..)| span).collect();
+        let excerpt = Excerpt::new(sources, &spans);
         let Location { line, column } = sources.location(span);
         let name = printable(sources.name(span.file));
-        let annotation = kind.span(excerpt.marked.clone());
-        let annotation = if label.is_empty() {
-            annotation
-        } else {
-            annotation.label(label)
-        };
-        let snippet = Snippet::source(excerpt.text)
-            .line_start(line)
-            .annotation(annotation);
+        let mut snippet = Snippet::source(excerpt.text).line_start(line);
+        for (&(_, label, kind), marked) in marks.iter().zip(excerpt.marked) {
+            let annotation = kind.span(marked);
+            snippet = snippet.annotation(if label.is_empty() {
+                annotation
+            } else {
+                annotation.label(printable(label))
+            });
+        }
         if excerpt.starts_line {
             group.element(snippet.path(name))
         } else {
@@ -192,45 +218,76 @@ impl Diagnostic {
 /// The part of a source line around a span, made printable.
 struct Excerpt {
     text: String,
-    /// Bytes of `text` to underline.
-    marked: Range<usize>,
+    /// Bytes of `text` to underline, for each span.
+    marked: Vec<Range<usize>>,
     /// Whether nothing is cut off before it.
     starts_line: bool,
 }
 
 impl Excerpt {
     /// Source bytes shown before the place.
-    const BEFORE: usize = 100;
+    const BEFORE: u32 = 100;
     /// Source bytes shown from the place on.
-    const BEHIND: usize = 100;
+    const BEHIND: u32 = 100;
 
-    fn new(sources: &Sources, span: Span) -> Self {
+    /// The source bytes shown for a span; `None` for a file that is not there.
+    fn range(sources: &Sources, span: Span) -> Option<Span> {
+        sources.get(span.file)?;
         let line = sources.line_span(span);
         let at = span.lo.clamp(line.lo, line.hi);
-        let lo = line.lo.max(at.saturating_sub(Self::BEFORE as u32));
-        let hi = line.hi.min(at.saturating_add(Self::BEHIND as u32));
-        let marked_to = span.hi.clamp(at, hi);
-        let mut text = String::new();
-        if lo > line.lo {
-            text.push('…');
-        }
-        let mut add = |lo: u32, hi: u32| {
-            text.push_str(&printable(&String::from_utf8_lossy(sources.text(Span {
-                lo,
-                hi,
-                ..span
-            }))));
-            text.len()
+        let lo = line.lo.max(at.saturating_sub(Self::BEFORE));
+        let hi = line.hi.min(at.saturating_add(Self::BEHIND));
+        Some(Span { lo, hi, ..line })
+    }
+
+    /// The line around the first of `spans`; the others must lie in its range.
+    fn new(sources: &Sources, spans: &[Span]) -> Self {
+        let nothing = Self {
+            text: String::new(),
+            marked: vec![0..0; spans.len()],
+            starts_line: true,
         };
-        let marked = add(lo, at)..add(at, marked_to);
-        add(marked_to, hi);
-        if hi < line.hi {
-            text.push('…');
+        let Some((first, shown)) = spans
+            .first()
+            .and_then(|span| Some((*span, Self::range(sources, *span)?)))
+        else {
+            return nothing;
+        };
+        let line = sources.line_span(first);
+        let starts_line = shown.lo == line.lo;
+        let mut text = String::from(if starts_line { "" } else { "…" });
+        // The text is made piece by piece between the ends of the spans: printing changes lengths.
+        let inside = |at: u32| at.clamp(shown.lo, shown.hi);
+        let mut cuts: Vec<u32> = spans
+            .iter()
+            .flat_map(|span| [inside(span.lo), inside(span.hi)])
+            .collect();
+        cuts.extend([shown.lo, shown.hi]);
+        cuts.sort_unstable();
+        cuts.dedup();
+        let mut offsets = vec![text.len()];
+        for piece in cuts.windows(2) {
+            let bytes = sources.text(Span {
+                lo: piece[0],
+                hi: piece[1],
+                ..first
+            });
+            text.push_str(&printable(&String::from_utf8_lossy(bytes)));
+            offsets.push(text.len());
         }
+        text.push_str(if shown.hi < line.hi { "…" } else { "" });
+        let offset = |at: u32| {
+            cuts.binary_search(&inside(at))
+                .map_or(text.len(), |cut| offsets[cut])
+        };
+        let marked = spans
+            .iter()
+            .map(|span| offset(span.lo)..offset(span.hi.max(span.lo)))
+            .collect();
         Self {
             text,
             marked,
-            starts_line: lo == line.lo,
+            starts_line,
         }
     }
 }
@@ -246,6 +303,14 @@ fn printable(text: &str) -> String {
             }
         })
         .collect()
+}
+
+/// The same for text that may have several lines.
+fn printable_lines(text: &str) -> String {
+    text.split('\n')
+        .map(printable)
+        .collect::<Vec<_>>()
+        .join("\n")
 }
 
 impl Diagnostics {
@@ -400,11 +465,42 @@ mod tests {
     }
 
     #[test]
+    fn no_control_character_of_a_name_or_message_reaches_the_terminal() {
+        let mut sources = Sources::new();
+        let evil = "a\x1b[2J\r";
+        let a = sources.add_text(evil, "Include");
+        let b = sources.add_included(
+            evil,
+            std::sync::Arc::new(evil.as_bytes().to_vec()),
+            Span::new(a, 0, 7),
+        );
+        let text = Diagnostic::error("c", Span::new(b, 0, 1), evil)
+            .with_label(evil)
+            .with_note(Span::new(a, 0, 1), evil)
+            .with_help(evil)
+            .render(&sources, Style::Plain);
+        assert!(!text.contains(['\x1b', '\r']), "{text:?}");
+    }
+
+    #[test]
     fn colours_are_escapes_and_only_on_demand() {
         let sources = Sources::new();
         let fatal = Diagnostic::new(Severity::Fatal, "c", None, "m".into());
         assert!(fatal.render(&sources, Style::Coloured).contains("\x1b["));
         assert_eq!(fatal.render(&sources, Style::Plain), "fatal[c]: m\n");
+    }
+
+    #[test]
+    fn notes_are_shown_even_when_the_finding_has_no_place() {
+        let mut sources = Sources::new();
+        let file = sources.add_text("a.pbrt", "Identity");
+        let found = Diagnostic::new(Severity::Error, "c", None, "m".into())
+            .with_note(Span::new(file, 0, 8), "see here");
+        let text = found.render(&sources, Style::Plain);
+        assert!(
+            text.contains("a.pbrt:1:1") && text.contains("see here"),
+            "{text}"
+        );
     }
 
     #[test]

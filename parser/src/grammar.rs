@@ -9,51 +9,95 @@ use crate::directive::{ActiveTransform, Directive, Plugin, SceneFile};
 use crate::include::{Kind, Lexeme, Loader, TokenStream};
 use crate::lexer;
 use crate::numbers::{self, Literal, Number};
+use crate::schema::nearest;
 use crate::source::{FileId, Sources, Span, Spanned, excerpt};
-use crate::suggest::closest;
 
 mod parameters;
 
-/// Every directive keyword of pbrt-v3.
-pub(crate) const KEYWORDS: [&str; 37] = [
-    "Accelerator",
-    "ActiveTransform",
-    "AreaLightSource",
-    "AttributeBegin",
-    "AttributeEnd",
-    "Camera",
-    "ConcatTransform",
-    "CoordSysTransform",
-    "CoordinateSystem",
-    "Film",
-    "Identity",
-    "Include",
-    "Integrator",
-    "LightSource",
-    "LookAt",
-    "MakeNamedMaterial",
-    "MakeNamedMedium",
-    "Material",
-    "MediumInterface",
-    "NamedMaterial",
-    "ObjectBegin",
-    "ObjectEnd",
-    "ObjectInstance",
-    "PixelFilter",
-    "ReverseOrientation",
-    "Rotate",
-    "Sampler",
-    "Scale",
-    "Shape",
-    "Texture",
-    "Transform",
-    "TransformBegin",
-    "TransformEnd",
-    "TransformTimes",
-    "Translate",
-    "WorldBegin",
-    "WorldEnd",
+/// Reads what stands behind a keyword. `None` for an `Include`, which acts at once.
+type Rule = fn(&mut Parser<'_>) -> Parsed<Option<Directive>>;
+
+/// Every directive keyword of pbrt-v3 with its grammar, sorted by keyword.
+const DIRECTIVES: [(&str, Rule); 37] = [
+    ("Accelerator", |p| {
+        p.plugin().map(Directive::Accelerator).map(Some)
+    }),
+    ("ActiveTransform", |p| p.active_transform().map(Some)),
+    ("AreaLightSource", |p| {
+        p.plugin().map(Directive::AreaLightSource).map(Some)
+    }),
+    ("AttributeBegin", |_| Ok(Some(Directive::AttributeBegin))),
+    ("AttributeEnd", |_| Ok(Some(Directive::AttributeEnd))),
+    ("Camera", |p| p.plugin().map(Directive::Camera).map(Some)),
+    ("ConcatTransform", |p| {
+        p.matrix().map(Directive::ConcatTransform).map(Some)
+    }),
+    ("CoordSysTransform", |p| {
+        p.name().map(Directive::CoordSysTransform).map(Some)
+    }),
+    ("CoordinateSystem", |p| {
+        p.name().map(Directive::CoordinateSystem).map(Some)
+    }),
+    ("Film", |p| p.plugin().map(Directive::Film).map(Some)),
+    ("Identity", |_| Ok(Some(Directive::Identity))),
+    ("Include", |p| p.include().map(|()| None)),
+    ("Integrator", |p| {
+        p.plugin().map(Directive::Integrator).map(Some)
+    }),
+    ("LightSource", |p| {
+        p.plugin().map(Directive::LightSource).map(Some)
+    }),
+    ("LookAt", |p| p.look_at().map(Some)),
+    ("MakeNamedMaterial", |p| {
+        p.plugin().map(Directive::MakeNamedMaterial).map(Some)
+    }),
+    ("MakeNamedMedium", |p| {
+        p.plugin().map(Directive::MakeNamedMedium).map(Some)
+    }),
+    ("Material", |p| {
+        p.plugin().map(Directive::Material).map(Some)
+    }),
+    ("MediumInterface", |p| p.medium_interface().map(Some)),
+    ("NamedMaterial", |p| {
+        p.plugin().map(Directive::NamedMaterial).map(Some)
+    }),
+    ("ObjectBegin", |p| {
+        p.name().map(Directive::ObjectBegin).map(Some)
+    }),
+    ("ObjectEnd", |_| Ok(Some(Directive::ObjectEnd))),
+    ("ObjectInstance", |p| {
+        p.name().map(Directive::ObjectInstance).map(Some)
+    }),
+    ("PixelFilter", |p| {
+        p.plugin().map(Directive::PixelFilter).map(Some)
+    }),
+    ("ReverseOrientation", |_| {
+        Ok(Some(Directive::ReverseOrientation))
+    }),
+    ("Rotate", |p| p.rotate().map(Some)),
+    ("Sampler", |p| p.plugin().map(Directive::Sampler).map(Some)),
+    ("Scale", |p| p.numbers().map(Directive::Scale).map(Some)),
+    ("Shape", |p| p.plugin().map(Directive::Shape).map(Some)),
+    ("Texture", |p| p.texture().map(Some)),
+    ("Transform", |p| {
+        p.matrix().map(Directive::Transform).map(Some)
+    }),
+    ("TransformBegin", |_| Ok(Some(Directive::TransformBegin))),
+    ("TransformEnd", |_| Ok(Some(Directive::TransformEnd))),
+    ("TransformTimes", |p| {
+        p.numbers().map(Directive::TransformTimes).map(Some)
+    }),
+    ("Translate", |p| {
+        p.numbers().map(Directive::Translate).map(Some)
+    }),
+    ("WorldBegin", |_| Ok(Some(Directive::WorldBegin))),
+    ("WorldEnd", |_| Ok(Some(Directive::WorldEnd))),
 ];
+
+/// Every directive keyword.
+fn keywords() -> impl Iterator<Item = &'static str> {
+    DIRECTIVES.iter().map(|&(keyword, _)| keyword)
+}
 
 /// Parses one scene: a top-level file and whatever it includes.
 ///
@@ -79,6 +123,9 @@ pub fn parse_all(
     for &root in roots {
         parser.tokens.open(root);
         parser.run();
+        if parser.tokens.report.is_full() {
+            break;
+        }
     }
     (
         SceneFile {
@@ -107,10 +154,10 @@ impl Parser<'_> {
             if self.tokens.report.is_full() {
                 return;
             }
-            let parsed = match self.keyword(lexeme) {
-                Some(keyword) => {
+            let parsed = match self.rule(lexeme) {
+                Some(rule) => {
                     self.tokens.start_extent(lexeme.span);
-                    self.directive(keyword)
+                    rule(self)
                 }
                 None => {
                     self.report_stray(lexeme);
@@ -127,73 +174,44 @@ impl Parser<'_> {
         }
     }
 
-    /// One directive behind its keyword; `None` for an `Include`, which acts at once.
-    fn directive(&mut self, keyword: &str) -> Parsed<Option<Directive>> {
-        Ok(Some(match keyword {
-            "Accelerator" => Directive::Accelerator(self.plugin()?),
-            "ActiveTransform" => Directive::ActiveTransform(self.active_transform()?),
-            "AreaLightSource" => Directive::AreaLightSource(self.plugin()?),
-            "AttributeBegin" => Directive::AttributeBegin,
-            "AttributeEnd" => Directive::AttributeEnd,
-            "Camera" => Directive::Camera(self.plugin()?),
-            "ConcatTransform" => Directive::ConcatTransform(self.matrix()?),
-            "CoordSysTransform" => Directive::CoordSysTransform(self.name()?),
-            "CoordinateSystem" => Directive::CoordinateSystem(self.name()?),
-            "Film" => Directive::Film(self.plugin()?),
-            "Identity" => Directive::Identity,
-            "Include" => {
-                let path = self.string("the path of a file in quotes")?;
-                self.tokens.include(&path.value, self.tokens.extent());
-                return Ok(None);
-            }
-            "Integrator" => Directive::Integrator(self.plugin()?),
-            "LightSource" => Directive::LightSource(self.plugin()?),
-            "LookAt" => Directive::LookAt {
-                eye: self.numbers()?,
-                target: self.numbers()?,
-                up: self.numbers()?,
-            },
-            "MakeNamedMaterial" => Directive::MakeNamedMaterial(self.plugin()?),
-            "MakeNamedMedium" => Directive::MakeNamedMedium(self.plugin()?),
-            "Material" => Directive::Material(self.plugin()?),
-            "MediumInterface" => Directive::MediumInterface {
-                inside: self.name()?,
-                outside: self.optional_string(),
-            },
-            "NamedMaterial" => Directive::NamedMaterial(self.named_material()?),
-            "ObjectBegin" => Directive::ObjectBegin(self.name()?),
-            "ObjectEnd" => Directive::ObjectEnd,
-            "ObjectInstance" => Directive::ObjectInstance(self.name()?),
-            "PixelFilter" => Directive::PixelFilter(self.plugin()?),
-            "ReverseOrientation" => Directive::ReverseOrientation,
-            "Rotate" => {
-                let [degrees] = self.numbers()?;
-                Directive::Rotate {
-                    degrees,
-                    axis: self.numbers()?,
-                }
-            }
-            "Sampler" => Directive::Sampler(self.plugin()?),
-            "Scale" => Directive::Scale(self.numbers()?),
-            "Shape" => Directive::Shape(self.plugin()?),
-            "Texture" => {
-                let name = self.name()?;
-                let value_type = self.string("the type of the texture's values in quotes")?;
-                Directive::Texture {
-                    name,
-                    value_type,
-                    class: self.plugin()?,
-                }
-            }
-            "Transform" => Directive::Transform(self.matrix()?),
-            "TransformBegin" => Directive::TransformBegin,
-            "TransformEnd" => Directive::TransformEnd,
-            "TransformTimes" => Directive::TransformTimes(self.numbers()?),
-            "Translate" => Directive::Translate(self.numbers()?),
-            "WorldBegin" => Directive::WorldBegin,
-            // The only keyword left; a test walks through all of them.
-            _ => Directive::WorldEnd,
-        }))
+    /// Puts the tokens of another file before the next one.
+    fn include(&mut self) -> Parsed<()> {
+        let path = self.string("the path of a file in quotes")?;
+        self.tokens.include(&path.value, self.tokens.extent());
+        Ok(())
+    }
+
+    fn look_at(&mut self) -> Parsed<Directive> {
+        Ok(Directive::LookAt {
+            eye: self.numbers()?,
+            target: self.numbers()?,
+            up: self.numbers()?,
+        })
+    }
+
+    fn rotate(&mut self) -> Parsed<Directive> {
+        let [degrees] = self.numbers()?;
+        Ok(Directive::Rotate {
+            degrees,
+            axis: self.numbers()?,
+        })
+    }
+
+    fn medium_interface(&mut self) -> Parsed<Directive> {
+        Ok(Directive::MediumInterface {
+            inside: self.name()?,
+            outside: self.optional_string(),
+        })
+    }
+
+    fn texture(&mut self) -> Parsed<Directive> {
+        let name = self.name()?;
+        let value_type = self.string("the type of the texture's values in quotes")?;
+        Ok(Directive::Texture {
+            name,
+            value_type,
+            class: self.plugin()?,
+        })
     }
 
     /// A quoted name and a parameter list.
@@ -202,20 +220,6 @@ impl Parser<'_> {
             name: self.name()?,
             params: self.params(),
         })
-    }
-
-    /// The name of `NamedMaterial`. pbrt-v3 stops at parameters behind it; here they are read, and said to do nothing.
-    fn named_material(&mut self) -> Parsed<Plugin> {
-        let plugin = self.plugin()?;
-        if let Some(first) = plugin.params.iter().next() {
-            let message = "`NamedMaterial` takes no parameters";
-            let help = "set them where the material is made, with `MakeNamedMaterial`";
-            self.report(
-                Diagnostic::error("unexpected-parameters", first.decl_span, message)
-                    .with_help(help),
-            );
-        }
-        Ok(plugin)
     }
 
     /// A name in quotes.
@@ -247,8 +251,14 @@ impl Parser<'_> {
     fn numbers<const N: usize>(&mut self) -> Parsed<[f64; N]> {
         let mut values = [0.0; N];
         for value in &mut values {
-            let lexeme = self.required("a number")?;
-            *value = self.number(lexeme)?.to_f64();
+            let number = match self.tokens.plain_number() {
+                Some(number) => number,
+                None => {
+                    let lexeme = self.required("a number")?;
+                    self.number(lexeme)?
+                }
+            };
+            *value = number.to_f64();
         }
         Ok(values)
     }
@@ -270,13 +280,13 @@ impl Parser<'_> {
         }
     }
 
-    fn active_transform(&mut self) -> Parsed<ActiveTransform> {
+    fn active_transform(&mut self) -> Parsed<Directive> {
         const WHAT: &str = "`All`, `StartTime` or `EndTime`, without quotes";
         let lexeme = self.required(WHAT)?;
         match self.tokens.text(lexeme) {
-            b"All" => Ok(ActiveTransform::All),
-            b"StartTime" => Ok(ActiveTransform::StartTime),
-            b"EndTime" => Ok(ActiveTransform::EndTime),
+            b"All" => Ok(Directive::ActiveTransform(ActiveTransform::All)),
+            b"StartTime" => Ok(Directive::ActiveTransform(ActiveTransform::StartTime)),
+            b"EndTime" => Ok(Directive::ActiveTransform(ActiveTransform::EndTime)),
             _ => Err(self.unexpected(lexeme, WHAT)),
         }
     }
@@ -284,11 +294,8 @@ impl Parser<'_> {
     /// The number a word spells. Garbage behind it is ignored with a warning, as pbrt-v3 ignores it silently.
     fn number(&mut self, lexeme: Lexeme) -> Parsed<Number> {
         let text = self.tokens.text(lexeme);
-        let Some(Literal { number, used }) = (if lexeme.kind == Kind::Word {
-            numbers::literal(text)
-        } else {
-            None
-        }) else {
+        let word = (lexeme.kind == Kind::Word).then_some(text);
+        let Some(Literal { number, used }) = word.and_then(numbers::literal) else {
             return Err(self.unexpected(lexeme, "a number"));
         };
         if used < text.len() {
@@ -296,7 +303,7 @@ impl Parser<'_> {
                 lo: lexeme.span.lo + used as u32,
                 ..lexeme.span
             };
-            let value = String::from_utf8_lossy(&text[..used.min(40)]);
+            let value = excerpt(&text[..used]);
             let message = format!("malformed number `{}`", excerpt(text));
             let label = format!("ignored: the number is read as {value}");
             self.report(
@@ -323,7 +330,15 @@ impl Parser<'_> {
     fn unexpected(&mut self, lexeme: Lexeme, what: &str) -> Resync {
         if lexeme.kind != Kind::Unterminated {
             let message = format!("expected {what}, found `{}`", self.tokens.shown(lexeme));
-            self.report(Diagnostic::fatal("unexpected-token", lexeme.span, message));
+            let fault = Diagnostic::fatal("unexpected-token", lexeme.span, message);
+            let directive = self.tokens.extent_before();
+            // What is missing is missing there; the fault itself may be lines away.
+            let is_next = self.is_keyword(lexeme);
+            self.report(if is_next {
+                fault.with_note(directive, "this directive is not complete")
+            } else {
+                fault
+            });
         }
         self.tokens.push_back(lexeme);
         Resync
@@ -340,9 +355,13 @@ impl Parser<'_> {
                     lexeme.span,
                     format!("unknown directive `{shown}`"),
                 );
-                match closest(&shown, KEYWORDS) {
-                    Some(keyword) => fault.with_help(format!("did you mean `{keyword}`?")),
-                    None => fault,
+                let before_hash = shown.split('#').next().unwrap_or_default();
+                if keywords().any(|keyword| keyword == before_hash) {
+                    fault.with_help("a `#` inside a word starts no comment: put a space before it")
+                } else if let Some(keyword) = nearest(&shown, keywords()) {
+                    fault.with_help(format!("did you mean `{keyword}`?"))
+                } else {
+                    fault
                 }
             }
             _ => {
@@ -353,10 +372,18 @@ impl Parser<'_> {
         self.report(fault);
     }
 
-    /// Skips to the next directive keyword.
+    /// Skips to the next directive keyword, or to what looks like a misspelt one.
     fn resync(&mut self) {
         while let Some(lexeme) = self.tokens.next() {
-            if self.keyword(lexeme).is_some() {
+            let starts_alpha = || {
+                self.tokens
+                    .text(lexeme)
+                    .first()
+                    .is_some_and(u8::is_ascii_alphabetic)
+            };
+            let looks_like_one =
+                lexeme.kind == Kind::Word && starts_alpha() && self.tokens.is_first_on_line(lexeme);
+            if looks_like_one || self.is_keyword(lexeme) {
                 self.tokens.push_back(lexeme);
                 return;
             }
@@ -365,16 +392,19 @@ impl Parser<'_> {
         }
     }
 
-    /// The keyword a token is.
-    fn keyword(&self, lexeme: Lexeme) -> Option<&'static str> {
+    /// Whether a token is a directive keyword.
+    fn is_keyword(&self, lexeme: Lexeme) -> bool {
+        self.rule(lexeme).is_some()
+    }
+
+    /// The grammar of the directive that a token is the keyword of.
+    fn rule(&self, lexeme: Lexeme) -> Option<Rule> {
         if lexeme.kind != Kind::Word {
             return None;
         }
         let text = self.tokens.text(lexeme);
-        let capital = text.first().is_some_and(u8::is_ascii_uppercase);
-        KEYWORDS
-            .into_iter()
-            .find(|keyword| capital && keyword.as_bytes() == text)
+        let found = DIRECTIVES.binary_search_by(|(keyword, _)| keyword.as_bytes().cmp(text));
+        found.ok().map(|at| DIRECTIVES[at].1)
     }
 
     /// The text between the quotes, escapes undone.
@@ -416,13 +446,26 @@ impl Parser<'_> {
 
 #[cfg(test)]
 mod tests {
-    use super::{KEYWORDS, parse};
+    use super::{keywords, parse};
     use crate::include::NoIncludes;
+    use crate::schema::DIRECTIVES;
     use crate::source::Sources;
 
     #[test]
+    fn keywords_are_sorted_for_their_search() {
+        assert!(keywords().is_sorted());
+    }
+
+    #[test]
+    fn the_grammar_knows_the_keywords_of_the_schema() {
+        let mut described: Vec<_> = DIRECTIVES.iter().map(|entry| entry.keyword).collect();
+        described.sort_unstable();
+        assert!(keywords().eq(described));
+    }
+
+    #[test]
     fn every_keyword_leads_to_its_own_directive() {
-        for keyword in KEYWORDS.into_iter().filter(|keyword| *keyword != "Include") {
+        for keyword in keywords().filter(|keyword| *keyword != "Include") {
             let numbers = match keyword {
                 "Transform" | "ConcatTransform" => format!("[{}]", "1 ".repeat(16)),
                 "Translate" | "Scale" => "1 2 3".into(),

@@ -10,7 +10,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::lexer::{self, Token};
 use crate::numbers::{self, Number};
 use crate::report::Report;
-use crate::source::{FileId, SourceBytes, Sources, Span, excerpt};
+use crate::source::{BYTE_ORDER_MARK, FileId, SourceBytes, Sources, Span, excerpt};
 
 /// Includes within includes. Real scenes nest a handful of times.
 const MAX_DEPTH: usize = 256;
@@ -148,19 +148,19 @@ impl<'a> TokenStream<'a> {
         };
         self.top_level = root;
         self.last = Span::new(root, 0, 0);
-        self.push_frame(root, bytes, Span::new(root, 0, 0));
+        self.push_frame(root, bytes, None);
     }
 
-    /// Starts reading a file at the next token. `asked_by` is where to report what makes it unreadable.
-    fn push_frame(&mut self, file: FileId, bytes: SourceBytes, asked_by: Span) {
+    /// Starts reading a file at the next token. `asked_by` is the `Include`, if there is one.
+    fn push_frame(&mut self, file: FileId, bytes: SourceBytes, asked_by: Option<Span>) {
         let text = (*bytes).as_ref();
         let reason = match text {
             _ if u32::try_from(text.len()).is_err() => "it is 4 GiB or larger",
             [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it is UTF-16 text; save it as UTF-8",
             [0x1f, 0x8b, ..] => "it is compressed; unpack it first",
             _ => {
-                let position = if text.starts_with(b"\xef\xbb\xbf") {
-                    3
+                let position = if text.starts_with(BYTE_ORDER_MARK) {
+                    BYTE_ORDER_MARK.len()
                 } else {
                     0
                 };
@@ -173,8 +173,12 @@ impl<'a> TokenStream<'a> {
             }
         };
         let message = format!("cannot read \"{}\": {reason}", self.sources.name(file));
-        self.report
-            .push(Diagnostic::fatal("unreadable-file", asked_by, message));
+        self.report.push(Diagnostic::new(
+            Severity::Fatal,
+            "unreadable-file",
+            asked_by,
+            message,
+        ));
     }
 
     /// The next token; `None` at the end of all input.
@@ -183,8 +187,7 @@ impl<'a> TokenStream<'a> {
             Some(lexeme) => lexeme,
             None => self.lex()?,
         };
-        self.last = lexeme.span;
-        self.extent = [self.extent[1], self.extent[1].to(lexeme.span)];
+        self.take(lexeme.span);
         Some(lexeme)
     }
 
@@ -204,6 +207,25 @@ impl<'a> TokenStream<'a> {
         self.extent[1]
     }
 
+    /// The extent without the last token.
+    pub(crate) fn extent_before(&self) -> Span {
+        self.extent[0]
+    }
+
+    /// Whether only white space stands between the start of the line and this token.
+    pub(crate) fn is_first_on_line(&self, lexeme: Lexeme) -> bool {
+        let before = self.sources.text(Span {
+            lo: 0,
+            hi: lexeme.span.lo,
+            ..lexeme.span
+        });
+        before
+            .iter()
+            .rev()
+            .find(|byte| !matches!(byte, b' ' | b'\t'))
+            .is_none_or(|byte| matches!(byte, b'\n' | b'\r'))
+    }
+
     /// The place behind the last token read.
     pub(crate) fn end(&self) -> Span {
         self.last.end()
@@ -216,7 +238,7 @@ impl<'a> TokenStream<'a> {
 
     /// The text of a token for a message: short and printable.
     pub(crate) fn shown(&self, lexeme: Lexeme) -> String {
-        excerpt(self.text(lexeme)).into_owned()
+        excerpt(self.text(lexeme))
     }
 
     /// Takes plain numbers as long as they follow in the current file; returns how many.
@@ -224,7 +246,7 @@ impl<'a> TokenStream<'a> {
         if self.pushed_back.is_some() {
             return 0;
         }
-        let Some(frame) = self.frames.last_mut() else {
+        let Some(frame) = self.frames.last() else {
             return 0;
         };
         let mut count = 0;
@@ -232,8 +254,32 @@ impl<'a> TokenStream<'a> {
             count += 1;
             push(number);
         });
-        frame.position += used;
+        self.advance(used);
         count
+    }
+
+    /// Takes one plain number if it follows in the current file.
+    pub(crate) fn plain_number(&mut self) -> Option<Number> {
+        let frame = self.frames.last().filter(|_| self.pushed_back.is_none())?;
+        let (number, used) = numbers::next(frame.rest())?;
+        self.advance(used);
+        Some(number)
+    }
+
+    /// Moves behind numbers that were read without making tokens of them.
+    fn advance(&mut self, used: usize) {
+        if let Some(frame) = self.frames.last_mut().filter(|_| used > 0) {
+            frame.position += used;
+            let at = frame.position as u32;
+            let end = Span::new(frame.file, at, at);
+            self.take(end);
+        }
+    }
+
+    /// Notes that everything up to the end of `token` is taken.
+    fn take(&mut self, token: Span) {
+        self.last = token;
+        self.extent = [self.extent[1], self.extent[1].to(token)];
     }
 
     fn lex(&mut self) -> Option<Lexeme> {
@@ -316,7 +362,7 @@ impl<'a> TokenStream<'a> {
         let file = self
             .sources
             .add_included(loaded.name, loaded.bytes.clone(), directive);
-        self.push_frame(file, loaded.bytes, directive);
+        self.push_frame(file, loaded.bytes, Some(directive));
     }
 
     /// A file being read that has exactly this text.

@@ -5,12 +5,11 @@
 //! a token only; anything else up to white space, a quote or a bracket is a word.
 
 use nom::branch::alt;
-use nom::bytes::complete::{tag, take_till1, take_while1};
-use nom::combinator::{map, recognize, value};
-use nom::multi::many0_count;
+use nom::bytes::complete::{tag, take_till1, take_while};
+use nom::combinator::{map, value};
 use nom::{IResult, Parser};
 
-use memchr::{memchr2, memchr3};
+use memchr::{memchr, memchr2, memchr3};
 
 use crate::numbers::{is_delimiter, is_space};
 
@@ -41,8 +40,12 @@ impl<'src> Token<'src> {
 }
 
 /// Skips white space and comments.
-pub fn trivia(text: &[u8]) -> IResult<&[u8], &[u8], ()> {
-    recognize(many0_count(alt((take_while1(is_space), comment)))).parse(text)
+pub fn trivia(text: &[u8]) -> IResult<&[u8], (), ()> {
+    let (mut text, _) = take_while(is_space)(text)?;
+    while text.first() == Some(&b'#') {
+        (text, _) = (comment, take_while(is_space)).parse(text)?;
+    }
+    Ok((text, ()))
 }
 
 /// Reads the next token; an error at the end of the text.
@@ -92,6 +95,9 @@ fn quoted(text: &[u8]) -> IResult<&[u8], Token<'_>, ()> {
 pub fn unescape(quoted: &[u8], mut unknown: impl FnMut(usize)) -> Vec<u8> {
     let inner = quoted.strip_prefix(b"\"").unwrap_or(quoted);
     let inner = inner.strip_suffix(b"\"").unwrap_or(inner);
+    if memchr(b'\\', inner).is_none() {
+        return inner.to_vec();
+    }
     let mut plain = Vec::with_capacity(inner.len());
     let mut bytes = inner.iter().enumerate();
     while let Some((at, &byte)) = bytes.next() {

@@ -37,7 +37,6 @@ pub mod print;
 mod report;
 pub mod schema;
 pub mod source;
-pub mod suggest;
 
 pub use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use crate::directive::{Directive, SceneFile};

@@ -228,18 +228,21 @@ fn scaled(mantissa: u64, exponent: i64) -> f32 {
 #[inline]
 pub fn list(text: &[u8], mut push: impl FnMut(Number)) -> usize {
     let mut at = 0;
-    loop {
-        while at < text.len() && is_space(text[at]) {
-            at += 1;
-        }
-        match plain(&text[at..]) {
-            Some((number, used)) => {
-                push(number);
-                at += used;
-            }
-            None => return at,
-        }
+    while let Some((number, used)) = next(&text[at..]) {
+        push(number);
+        at += used;
     }
+    at
+}
+
+/// Reads white space and one plain decimal number; with the bytes read. `None` where [`list`] would stop.
+#[inline(always)] // one loop for each kind of vector; a call for each number costs a tenth
+pub fn next(text: &[u8]) -> Option<(Number, usize)> {
+    let mut blanks = 0;
+    while blanks < text.len() && is_space(text[blanks]) {
+        blanks += 1;
+    }
+    plain(&text[blanks..]).map(|(number, used)| (number, blanks + used))
 }
 
 /// Powers of ten that are exact in double precision.
@@ -251,7 +254,7 @@ const POWERS: [f64; 23] = [
 /// The plain decimal number, complete with its end, that the text starts with.
 ///
 /// `None` when there is none, or when it is not certain that the result is correctly rounded.
-#[inline]
+#[inline(always)]
 fn plain(text: &[u8]) -> Option<(Number, usize)> {
     // Half of a density grid is "0 ".
     if let [digit @ b'0'..=b'9', end, ..] = text
@@ -297,26 +300,26 @@ fn plain(text: &[u8]) -> Option<(Number, usize)> {
 
 /// `mantissa · 10^exponent` to the nearest float, when that can be had from one operation in double precision.
 ///
-/// Both operands are exact, so the double is correctly rounded. Rounding it once more to single precision goes wrong
-/// only when the double is itself the midpoint of two floats, because rounding is monotone and every midpoint is a
-/// double; then the long way decides. The result is far from the subnormal range: it is zero or at least 10⁻²².
-#[inline]
+/// Up to 2⁵³ both operands are exact, so the double is correctly rounded; beyond, the mantissa is rounded, too, and the
+/// double is less than three units in the last place off. Every midpoint of two floats is a double and rounding is
+/// monotone, so rounding once more to single precision can go wrong only when the double is a midpoint, or that near to
+/// one; then the long way decides. The result is never subnormal: it is zero or at least 10⁻²².
+#[inline(always)]
 fn rounded(mantissa: u64, exponent: i32) -> Option<f32> {
-    if mantissa > 1 << 53 {
-        return None;
-    }
     let power = *POWERS.get(exponent.unsigned_abs() as usize)?;
     let value = if exponent < 0 {
         mantissa as f64 / power
     } else {
         mantissa as f64 * power
     };
+    // The 29 bits that a double has more than a float.
     let below_float = value.to_bits() & 0x1fff_ffff;
-    (below_float != 0x1000_0000).then_some(value as f32)
+    let doubt = if mantissa <= 1 << 53 { 0 } else { 3 };
+    (below_float.abs_diff(0x1000_0000) > doubt).then_some(value as f32)
 }
 
 /// Appends a run of decimal digits to `mantissa`, which wraps; moves `at` behind it and returns its length.
-#[inline]
+#[inline(always)]
 fn digits(text: &[u8], at: &mut usize, mantissa: &mut u64) -> usize {
     const TENS: [u64; 9] = [
         1,
@@ -359,7 +362,7 @@ fn digits(text: &[u8], at: &mut usize, mantissa: &mut u64) -> usize {
 
 /// The number that eight digit values spell, first digit in the lowest byte: neighbours are joined to pairs, pairs to
 /// fours, fours to eight (D. Lemire, "Quickly parsing eight digits", 2018).
-#[inline]
+#[inline(always)]
 fn eight_digits(values: u64) -> u64 {
     let pairs = (values.wrapping_mul(10).wrapping_add(values >> 8)) & 0x00ff_00ff_00ff_00ff;
     let fours = (pairs.wrapping_mul(100).wrapping_add(pairs >> 16)) & 0x0000_ffff_0000_ffff;

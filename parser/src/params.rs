@@ -208,14 +208,16 @@ impl ParamValue {
         self.param_type().class()
     }
 
-    /// Number of values in the sense of the "one value" rule: tuples count as one, sampled spectra are one spectrum.
+    /// Number of values in the sense of the "one value" rule: tuples count as one, all
+    /// samples of a spectrum together as one spectrum, no samples as none.
     pub fn len(&self) -> usize {
         match self {
             Self::Integer(values) => values.len(),
             Self::Float(values) => values.len(),
             Self::Bool(values) => values.len(),
             Self::String(values) | Self::SpectrumFiles(values) => values.len(),
-            Self::Texture(_) | Self::Spectrum(_) => 1,
+            Self::Texture(_) => 1,
+            Self::Spectrum(samples) => usize::from(!samples.is_empty()),
             Self::Point2(values) | Self::Vector2(values) | Self::Blackbody(values) => values.len(),
             Self::Point3(values)
             | Self::Vector3(values)

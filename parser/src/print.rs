@@ -200,11 +200,13 @@ struct Double(f64);
 impl Display for Double {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Self(x) = *self;
+        // Digits alone are read as an integer, so all of them have to be there and right.
+        let is_integer = (0.0..1e15).contains(&x) && x.is_sign_positive() && x.fract() == 0.0;
         let single = x as f32;
-        if f64::from(single).to_bits() == x.to_bits() || x.is_nan() {
-            return Single(single).fmt(f);
+        if !is_integer && (f64::from(single).to_bits() == x.to_bits() || x.is_nan()) {
+            Single(single).fmt(f)
+        } else {
+            write!(f, "{x}")
         }
-        // Only a literal of digits alone says more than single precision.
-        write!(f, "{x}")
     }
 }

@@ -1,6 +1,5 @@
 //! Source files and places in them. Lines and columns are computed when something is printed, never while parsing.
 
-use std::borrow::Cow;
 use std::sync::{Arc, OnceLock};
 
 use memchr::{memchr, memchr_iter, memrchr};
@@ -60,6 +59,9 @@ pub struct Sources {
     files: Vec<SourceFile>,
 }
 
+/// What some editors put in front of UTF-8 text. It is skipped.
+pub(crate) const BYTE_ORDER_MARK: &[u8] = b"\xef\xbb\xbf";
+
 /// Line feeds are counted for whole blocks of this many bytes, so that the index stays small whatever the line length.
 const LINE_BLOCK: usize = 1 << 16;
 
@@ -94,6 +96,11 @@ impl Span {
         self.hi.saturating_sub(self.lo) as usize
     }
 
+    /// Whether `other` lies in this range.
+    pub fn contains(self, other: Span) -> bool {
+        self.file == other.file && self.lo <= other.lo && other.hi <= self.hi
+    }
+
     /// Whether it covers no byte.
     pub fn is_empty(self) -> bool {
         self.len() == 0
@@ -113,10 +120,16 @@ impl SourceFile {
         (*self.bytes).as_ref()
     }
 
-    /// The offset where the line of the byte at `offset` starts.
+    /// The offset where the line of the byte at `offset` starts. A byte-order mark belongs to no line.
     fn line_start(&self, offset: usize) -> usize {
         let text = self.text();
-        memrchr(b'\n', &text[..offset.min(text.len())]).map_or(0, |at| at + 1)
+        let offset = offset.min(text.len());
+        let start = if text.starts_with(BYTE_ORDER_MARK) {
+            BYTE_ORDER_MARK.len().min(offset)
+        } else {
+            0
+        };
+        memrchr(b'\n', &text[..offset]).map_or(start, |at| at + 1)
     }
 
     /// The number of line feeds before `offset`.
@@ -265,52 +278,23 @@ impl Sources {
 }
 
 /// Text of unknown encoding for a message: UTF-8 with replacement characters, control characters escaped, and cut
-/// to at most about 40 characters.
-pub(crate) fn excerpt(text: &[u8]) -> Cow<'_, str> {
+/// to about 40 characters.
+pub(crate) fn excerpt(text: &[u8]) -> String {
     const LONGEST: usize = 40;
+    // No character has more than four bytes.
     let head = String::from_utf8_lossy(&text[..text.len().min(4 * LONGEST)]);
-    if head.chars().count() <= LONGEST
-        && text.len() <= 4 * LONGEST
-        && !head.chars().any(char::is_control)
-    {
-        return head;
+    let mut shown = String::new();
+    for c in head.chars().take(LONGEST) {
+        if c.is_control() {
+            shown.extend(c.escape_default());
+        } else {
+            shown.push(c);
+        }
     }
-    let mut shown: String = head
-        .chars()
-        .take(LONGEST)
-        .flat_map(EscapeControl::new)
-        .collect();
     if head.chars().count() > LONGEST || text.len() > 4 * LONGEST {
         shown.push('…');
     }
-    Cow::Owned(shown)
-}
-
-/// A character, or its escape when it is a control character.
-enum EscapeControl {
-    Plain(std::option::IntoIter<char>),
-    Escaped(std::char::EscapeDefault),
-}
-
-impl EscapeControl {
-    fn new(c: char) -> Self {
-        if c.is_control() {
-            Self::Escaped(c.escape_default())
-        } else {
-            Self::Plain(Some(c).into_iter())
-        }
-    }
-}
-
-impl Iterator for EscapeControl {
-    type Item = char;
-
-    fn next(&mut self) -> Option<char> {
-        match self {
-            Self::Plain(c) => c.next(),
-            Self::Escaped(c) => c.next(),
-        }
-    }
+    shown
 }
 
 #[cfg(test)]

@@ -8,8 +8,8 @@ use crate::diagnostic::Diagnostic;
 use crate::include::{Kind, Lexeme};
 use crate::numbers::Number;
 use crate::params::{Param, ParamList, ParamType, ParamValue};
+use crate::schema::nearest;
 use crate::source::{Span, Spanned, excerpt};
-use crate::suggest::closest;
 
 /// Tuples of `N` numbers under construction.
 struct Tuples<const N: usize> {
@@ -168,7 +168,10 @@ impl Parser<'_> {
             let message = format!("`{}` is no parameter type", excerpt(word.as_bytes()));
             let fault = Diagnostic::error("unknown-parameter-type", decl.span, message)
                 .with_label("this parameter is ignored");
-            self.report(match closest(word, ParamType::words()) {
+            // `int` is too far from `integer` to be a slip of the finger, and still meant.
+            let whole =
+                || ParamType::words().find(|known| word.len() > 2 && known.starts_with(word));
+            self.report(match nearest(word, ParamType::words()).or_else(whole) {
                 Some(known) => fault.with_help(format!("did you mean \"{known}\"?")),
                 None => fault,
             });
@@ -194,7 +197,7 @@ impl Parser<'_> {
                 self.push_string(first, values);
                 Ok(ControlFlow::Continue(first.span))
             }
-            Kind::Word if self.keyword(first).is_none() => {
+            Kind::Word if !self.is_keyword(first) => {
                 let Ok(number) = self.value_number(first) else {
                     // Given back for a resync that is not needed: one token is one value.
                     self.tokens.next();
@@ -235,7 +238,7 @@ impl Parser<'_> {
             match lexeme.kind {
                 Kind::Close => return Ok(ControlFlow::Continue(open.span.to(lexeme.span))),
                 Kind::Quoted if values.n_numbers == 0 => self.push_string(lexeme, values),
-                Kind::Word if values.n_strings == 0 && self.keyword(lexeme).is_none() => {
+                Kind::Word if values.n_strings == 0 && !self.is_keyword(lexeme) => {
                     match self.value_number(lexeme) {
                         Ok(number) => values.push_number(number),
                         Err(Resync) => return self.abandon_list(),
@@ -275,7 +278,7 @@ impl Parser<'_> {
         let (code, message, is_behind) = match lexeme.kind {
             Kind::Unterminated => return false,
             Kind::Open => ("nested-list", "lists do not nest".to_owned(), false),
-            Kind::Word if self.keyword(lexeme).is_some() => (
+            Kind::Word if self.is_keyword(lexeme) => (
                 "missing-bracket",
                 format!("expected `]`, found the directive `{shown}`"),
                 true,
@@ -314,12 +317,18 @@ impl Parser<'_> {
 
     /// Skips to the end of a list that is lost: its bracket, or the keyword behind a forgotten one.
     fn abandon_list(&mut self) -> Parsed<ControlFlow<(), Span>> {
+        let mut depth = 1_usize;
         while let Some(lexeme) = self.tokens.next() {
-            if lexeme.kind == Kind::Close {
-                break;
+            match lexeme.kind {
+                Kind::Open => depth += 1,
+                Kind::Close => depth -= 1,
+                Kind::Word if self.is_keyword(lexeme) => {
+                    self.tokens.push_back(lexeme);
+                    break;
+                }
+                _ => {}
             }
-            if self.keyword(lexeme).is_some() {
-                self.tokens.push_back(lexeme);
+            if depth == 0 {
                 break;
             }
             self.tokens.numbers(|_| ());
@@ -390,9 +399,9 @@ impl Parser<'_> {
                         Diagnostic::warning("integer-overflow", span, message).with_label(label),
                     );
                 }
-                ParamValue::Integer(values)
+                ParamValue::Integer(trimmed(values))
             }
-            (Numbers::Floats(values), _) => ParamValue::Float(values),
+            (Numbers::Floats(values), _) => ParamValue::Float(trimmed(values)),
             (Numbers::Pairs(pairs), kind) => {
                 let pairs = self.whole(kind, pairs, span);
                 match kind {
@@ -500,8 +509,17 @@ impl Parser<'_> {
             );
             self.report(Diagnostic::warning("tuple-remainder", span, message).with_label(label));
         }
-        tuples.whole
+        trimmed(tuples.whole)
     }
+}
+
+/// Gives back what a long list grew beyond its end; short ones are not worth the call.
+fn trimmed<T>(mut values: Vec<T>) -> Vec<T> {
+    const WORTHWHILE: usize = 1 << 14;
+    if values.capacity() > WORTHWHILE {
+        values.shrink_to_fit();
+    }
+    values
 }
 
 fn unspanned(strings: Vec<Spanned<String>>) -> Vec<String> {
