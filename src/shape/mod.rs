@@ -2,6 +2,7 @@
 //! them toward a receiver. Knows no materials, no media and no parameter names.
 
 pub mod mesh;
+pub mod ply;
 pub mod quadric;
 pub mod triangle;
 
