@@ -112,9 +112,17 @@ fn exr_attribute_names_that_would_break_the_header_are_errors() {
 
 /// Writes 20x13 pixels of arbitrary channels with value `10·channel + x + 100·y`.
 fn exr_with(names: &[(&str, exr::prelude::SampleType)], blocks: exr::prelude::Blocks) -> Vec<u8> {
+    exr_compressed(names, blocks, exr::prelude::Compression::ZIP16)
+}
+
+fn exr_compressed(
+    names: &[(&str, exr::prelude::SampleType)],
+    blocks: exr::prelude::Blocks,
+    compression: exr::prelude::Compression,
+) -> Vec<u8> {
     use exr::prelude::{
-        AnyChannel, AnyChannels, Compression, Encoding, FlatSamples, Layer, LayerAttributes,
-        LineOrder, SampleType, SmallVec, WritableImage, f16,
+        AnyChannel, AnyChannels, Encoding, FlatSamples, Layer, LayerAttributes, LineOrder,
+        SampleType, SmallVec, WritableImage, f16,
     };
     let list: SmallVec<_> = names
         .iter()
@@ -130,7 +138,7 @@ fn exr_with(names: &[(&str, exr::prelude::SampleType)], blocks: exr::prelude::Bl
         })
         .collect();
     let encoding = Encoding {
-        compression: Compression::ZIP16,
+        compression,
         blocks,
         line_order: LineOrder::Increasing,
     };
@@ -436,7 +444,7 @@ fn formats_that_are_unknown_or_read_only_say_so() {
 }
 
 fn samples_of_all_formats() -> Vec<(&'static str, Vec<u8>)> {
-    use exr::prelude::{Blocks, SampleType::F32, Vec2};
+    use exr::prelude::{Blocks, Compression, SampleType::F16, SampleType::F32, Vec2};
     let file = ImageFile::new(gradient(9, 7, 3));
     let mut samples: Vec<_> = ["exr", "pfm", "png", "tga"]
         .map(|extension| {
@@ -453,6 +461,17 @@ fn samples_of_all_formats() -> Vec<(&'static str, Vec<u8>)> {
             Blocks::Tiles(Vec2(8, 8)),
         ),
     ));
+    let other_codes = [
+        Compression::RLE,
+        Compression::PIZ,
+        Compression::PXR24,
+        Compression::B44,
+        Compression::DWAA(None),
+        Compression::DWAB(None),
+    ];
+    let channels = [("R", F16), ("G", F16), ("B", F32)];
+    let of = |compression| exr_compressed(&channels, Blocks::ScanLines, compression);
+    samples.extend(other_codes.map(|compression| ("exr", of(compression))));
     samples.push((
         "tga",
         tga(1, 2, 8, 0x20, &[10, 20, 30, 40, 50, 60, 1, 0, 0, 1]),
@@ -495,7 +514,7 @@ fn damaged_files_never_panic() {
     let mut noise = Noise(0x9e37_79b9_7f4a_7c15);
     for (extension, bytes) in samples_of_all_formats() {
         let mut n_errors = 0;
-        for _ in 0..3000 {
+        for _ in 0..1500 {
             let mut damaged = bytes.clone();
             for _ in 0..=noise.below(4) {
                 let at = noise.below(damaged.len());
@@ -513,6 +532,65 @@ fn damaged_files_never_panic() {
         assert!(
             n_errors > 0 || extension == "pfm" || extension == "tga",
             "{extension} notices damage"
+        );
+    }
+}
+
+#[test]
+fn every_compression_of_exr_is_read() {
+    use exr::prelude::{Blocks, Compression, SampleType, Vec2};
+    let lossless = [
+        Compression::Uncompressed,
+        Compression::RLE,
+        Compression::ZIP1,
+        Compression::ZIP16,
+        Compression::PIZ,
+    ];
+    let lossy = [
+        Compression::PXR24,
+        Compression::B44,
+        Compression::B44A,
+        Compression::DWAA(None),
+        Compression::DWAB(None),
+    ];
+    for sample_type in [SampleType::F16, SampleType::F32, SampleType::U32] {
+        let channels = [("R", sample_type), ("G", sample_type), ("B", sample_type)];
+        for blocks in [Blocks::ScanLines, Blocks::Tiles(Vec2(8, 8))] {
+            let read = |compression| {
+                let bytes = exr_compressed(&channels, blocks, compression);
+                codec::decode(&bytes, "exr")
+                    .unwrap_or_else(|error| panic!("{compression:?}: {error}"))
+                    .image
+            };
+            let original = read(Compression::Uncompressed);
+            for compression in lossless {
+                assert_eq!(read(compression), original, "{compression:?}");
+            }
+            for compression in lossy {
+                let error = metrics::rel_mse(&read(compression), &original).unwrap();
+                assert!(
+                    error < 0.01,
+                    "{compression:?} {blocks:?} {sample_type:?}: {error}"
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn blocks_that_claim_more_than_they_hold_are_errors() {
+    use exr::prelude::{Blocks, Compression, SampleType::F16};
+    let channels = [("R", F16), ("G", F16), ("B", F16)];
+    let bytes = exr_compressed(&channels, Blocks::ScanLines, Compression::DWAB(None));
+    // Version 2 opens the only block; ten counters follow.
+    let counters = find(&bytes, &2u64.to_le_bytes());
+    for counter in 1..10 {
+        let mut forged = bytes.clone();
+        forged[counters + 8 * counter + 5] = 1;
+        let error = codec::decode(&forged, "exr").unwrap_err();
+        assert!(
+            matches!(&error, ImageError::Invalid(text) if text.contains("claims more")),
+            "{counter}: {error}"
         );
     }
 }
