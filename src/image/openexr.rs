@@ -52,9 +52,15 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
         .map_err(exr_error)?;
     while let Some(chunk) = chunks.read_next_chunk() {
         let chunk = chunk.map_err(exr_error)?;
+        if chunk.layer_index != picture.part {
+            return Err(misplaced_block());
+        }
         check_chunk(&chunk, &header)?;
         let block = UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false)
             .map_err(exr_error)?;
+        if block.index.level != Vec2(0, 0) {
+            return Err(misplaced_block());
+        }
         for line in block.lines(&header.channels) {
             let Some(slot) = picture.slots[line.location.channel] else {
                 continue;
@@ -62,8 +68,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
             let start =
                 (line.location.position.y() * width + line.location.position.x()) * channels;
             let pixels = data.get_mut(start..start + line.location.sample_count * channels);
-            let pixels = pixels
-                .ok_or_else(|| ImageError::Invalid("EXR: a block lies outside the image".into()))?;
+            let pixels = pixels.ok_or_else(misplaced_block)?;
             let samples = pixels.iter_mut().skip(slot).step_by(channels);
             read_line(
                 &line,
@@ -87,6 +92,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
         },
         attributes: attributes_of(&header),
     })
+}
+
+/// A block is not the one its table says.
+fn misplaced_block() -> ImageError {
+    ImageError::Invalid("EXR: a block lies outside the picture".into())
 }
 
 /// Refuses headers whose blocks the input cannot hold, before anything is sized by them.
