@@ -93,14 +93,22 @@ impl ImageFile {
 /// # Errors
 /// [`ImageError`], by who must act.
 pub fn decode(bytes: &[u8], extension: &str) -> Result<ImageFile, ImageError> {
-    match format_of(extension)? {
+    let format = format_of(extension)?;
+    let decode = || match format {
         Format::Exr => openexr::decode(bytes),
         Format::Pfm => pfm::decode(bytes).map(ImageFile::new),
         Format::Png => raster::decode(bytes, ::image::ImageFormat::Png).map(ImageFile::new),
         Format::Tga => raster::decode(bytes, ::image::ImageFormat::Tga).map(ImageFile::new),
         Format::Hdr => raster::decode(bytes, ::image::ImageFormat::Hdr).map(ImageFile::new),
         Format::Jpeg => raster::decode(bytes, ::image::ImageFormat::Jpeg).map(ImageFile::new),
-    }
+    };
+    // A damaged file must not end the program, and not every codec below is free of arithmetic that overflows on one.
+    // Nothing outlives the call, so nothing is seen half-changed.
+    std::panic::catch_unwind(decode).unwrap_or_else(|_| {
+        Err(ImageError::Invalid(format!(
+            "the {extension} decoder gave up on damaged data"
+        )))
+    })
 }
 
 /// Encodes a file; `extension` (without dot) names the format. The same input gives the same bytes.

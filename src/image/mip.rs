@@ -74,6 +74,8 @@ impl Wrap {
     /// The texel that stands at index `i` of `n`. `None` is black.
     pub(super) fn index(self, i: i64, n: usize) -> Option<usize> {
         match self {
+            // A mask where it will do: pyramids ask four times per look-up, and a division costs more than the rest.
+            Self::Repeat if n.is_power_of_two() => Some(i as usize & (n - 1)),
             Self::Repeat => Some(i.rem_euclid(n as i64) as usize),
             Self::Black => usize::try_from(i).ok().filter(|&i| i < n),
             Self::Clamp => Some(i.clamp(0, n as i64 - 1) as usize),

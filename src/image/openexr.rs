@@ -2,6 +2,7 @@
 
 use std::io::Cursor;
 
+use ::exr::block::chunk::{Chunk, CompressedBlock, CompressedScanLineBlock, CompressedTileBlock};
 use ::exr::block::reader::ChunksReader;
 use ::exr::block::writer::ChunksWriter;
 use ::exr::block::{self, BlockIndex, UncompressedBlock, lines::LineRef, lines::LineRefMut};
@@ -44,33 +45,39 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
 
     // Zeroed memory costs nothing until a block is written to it.
     let mut data = vec![0.0; n_samples];
-    let chunks = reader
+    let mut chunks = reader
         .filter_chunks(false, |_, tile, block| {
             block.layer == picture.part && tile.is_largest_resolution_level()
         })
         .map_err(exr_error)?;
-    chunks
-        .decompress_sequential(false, |_, block| {
-            for line in block.lines(&header.channels) {
-                let Some(slot) = picture.slots[line.location.channel] else {
-                    continue;
-                };
-                let start =
-                    (line.location.position.y() * width + line.location.position.x()) * channels;
-                let end = start + line.location.sample_count * channels;
-                let pixels = data
-                    .get_mut(start..end)
-                    .ok_or(Error::Invalid("block outside the image".into()))?;
-                let samples = pixels.iter_mut().skip(slot).step_by(channels);
-                read_line(
-                    &line,
-                    header.channels.list[line.location.channel].sample_type,
-                    samples,
-                )?;
-            }
-            Ok(())
-        })
-        .map_err(exr_error)?;
+    while let Some(chunk) = chunks.read_next_chunk() {
+        let chunk = chunk.map_err(exr_error)?;
+        if chunk.layer_index != picture.part {
+            return Err(misplaced_block());
+        }
+        check_chunk(&chunk, &header)?;
+        let block = UncompressedBlock::decompress_chunk(chunk, chunks.meta_data(), false)
+            .map_err(exr_error)?;
+        if block.index.level != Vec2(0, 0) {
+            return Err(misplaced_block());
+        }
+        for line in block.lines(&header.channels) {
+            let Some(slot) = picture.slots[line.location.channel] else {
+                continue;
+            };
+            let start =
+                (line.location.position.y() * width + line.location.position.x()) * channels;
+            let pixels = data.get_mut(start..start + line.location.sample_count * channels);
+            let pixels = pixels.ok_or_else(misplaced_block)?;
+            let samples = pixels.iter_mut().skip(slot).step_by(channels);
+            read_line(
+                &line,
+                header.channels.list[line.location.channel].sample_type,
+                samples,
+            )
+            .map_err(exr_error)?;
+        }
+    }
 
     let display = header.shared_attributes.display_window;
     let origin = header.own_attributes.layer_position;
@@ -85,6 +92,11 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
         },
         attributes: attributes_of(&header),
     })
+}
+
+/// A block is not the one its table says.
+fn misplaced_block() -> ImageError {
+    ImageError::Invalid("EXR: a block lies outside the picture".into())
 }
 
 /// Refuses headers whose blocks the input cannot hold, before anything is sized by them.
@@ -103,6 +115,56 @@ fn check_blocks(headers: &[Header], n_bytes: usize) -> Result<(), ImageError> {
                 return Err(codec::too_large(width, height, n_bytes));
             }
         }
+    }
+    Ok(())
+}
+
+/// Refuses blocks whose own counters exceed what a block of the image can hold: DWA blocks begin with ten of them, and
+/// their decoder sizes memory by them unseen.
+fn check_chunk(chunk: &Chunk, header: &Header) -> Result<(), ImageError> {
+    if !matches!(
+        header.compression,
+        Compression::DWAA(_) | Compression::DWAB(_)
+    ) {
+        return Ok(());
+    }
+    let (CompressedBlock::ScanLine(CompressedScanLineBlock {
+        compressed_pixels_le: bytes,
+        ..
+    })
+    | CompressedBlock::Tile(CompressedTileBlock {
+        compressed_pixels_le: bytes,
+        ..
+    })) = &chunk.compressed_block
+    else {
+        return Ok(());
+    };
+    let place = header
+        .get_block_data_indices(&chunk.compressed_block)
+        .map_err(exr_error)?;
+    let size = header
+        .get_absolute_block_pixel_coordinates(place)
+        .map_err(exr_error)?
+        .size;
+    if bytes.len() == size.area() * header.channels.bytes_per_pixel {
+        // Stored as is, because compression did not help.
+        return Ok(());
+    }
+    const N_COUNTERS: usize = 10;
+    // The codec works on squares of 8x8 pixels and keeps some counters in bytes, some in pairs of them.
+    let area = size.width().next_multiple_of(8) * size.height().next_multiple_of(8);
+    let most = 4 * (area * header.channels.list.len()) as u64;
+    let counters = bytes
+        .as_chunks::<8>()
+        .0
+        .iter()
+        .take(N_COUNTERS)
+        .map(|&counter| u64::from_le_bytes(counter));
+    // The first counter is a version.
+    if counters.skip(1).any(|counter| counter > most) {
+        return Err(ImageError::Invalid(
+            "EXR: a compressed block claims more than a block can hold".into(),
+        ));
     }
     Ok(())
 }

@@ -58,8 +58,8 @@ mod tests {
     #[test]
     fn one_degree_more_is_a_known_step() {
         // Q(1, x) = e^-x and Q(a + 1, x) = Q(a, x) + x^a e^-x / Γ(a + 1).
-        for x in [0.01, 0.5, 1.0, 3.0, 20.0, 60.0] {
-            let (mut q, mut step) = ((-x as f64).exp(), (-x as f64).exp());
+        for x in [0.01, 0.5, 1.0, 3.0, 20.0, 60.0f64] {
+            let (mut q, mut step) = ((-x).exp(), (-x).exp());
             for a in 1..=80 {
                 assert_close(regularized_upper(f64::from(a), x), q, 1e-10);
                 step *= x / f64::from(a);
