@@ -4,7 +4,7 @@ use super::{ParamReader, SpectrumValue, Textured};
 use crate::describe::description::{Entity, TextureBinding, TextureRef};
 use tyndall_parser::diagnostic::{Diagnostics, Severity};
 use tyndall_parser::params::{Param, ParamList, ParamValue};
-use tyndall_parser::schema::{Family, PluginRef, Type};
+use tyndall_parser::schema::{Count, Default, Family, PluginRef, Type};
 use tyndall_parser::source::{FileId, Span, Spanned};
 
 fn at(lo: usize) -> Span {
@@ -356,6 +356,17 @@ fn a_shape_overrides_its_material_texture_first_then_constant() {
     );
     assert_eq!(rough(vec![], vec![(name, float(0.2))]), given(0.2, 5));
     assert_eq!(rough(vec![], vec![]), given(0.1, 1000));
+}
+
+/// Quirk 8, with two lists.
+#[test]
+fn q08_an_unknown_texture_of_a_shape_hides_the_constant_of_its_material() {
+    let (value, _) = overridden(
+        &entity([("roughness", float(0.2))]),
+        &entity([("roughness", texture("fgo"))]),
+        |r| constant(r.float_texture("roughness")),
+    );
+    assert_eq!(value, 0.1);
 }
 
 #[test]
@@ -769,8 +780,7 @@ fn every_parameter_of_the_schema_can_be_read() {
     }
 }
 
-fn ask(reader: &mut ParamReader, name: &str, kind: Type, default: super::Default) {
-    use super::{Count, Default, Family};
+fn ask(reader: &mut ParamReader, name: &str, kind: Type, default: Default) {
     match (kind, default) {
         (Type::Bool, Default::Bool(_)) => _ = reader.bool(name),
         (Type::Bool, _) => _ = reader.optional_bool(name),
