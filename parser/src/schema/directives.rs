@@ -2,6 +2,8 @@
 
 use super::Family;
 use crate::directive::Directive;
+use std::collections::HashMap;
+use std::sync::LazyLock;
 
 /// One directive of the language.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -242,7 +244,14 @@ pub static DIRECTIVES: &[DirectiveSchema] = &[
 
 /// The directive of that keyword.
 pub fn directive(keyword: &str) -> Option<&'static DirectiveSchema> {
-    DIRECTIVES.iter().find(|entry| entry.keyword == keyword)
+    // Asked for every directive of a scene, so searching the table would show.
+    static BY_KEYWORD: LazyLock<HashMap<&str, &DirectiveSchema>> = LazyLock::new(|| {
+        DIRECTIVES
+            .iter()
+            .map(|entry| (entry.keyword, entry))
+            .collect()
+    });
+    BY_KEYWORD.get(keyword).copied()
 }
 
 /// The word a directive starts with.

@@ -116,7 +116,7 @@ impl ParamReader<'_> {
                 self.plugin.schema.name,
                 schema.name
             );
-            let help = format!("{} is a {}", schema.name, schema.type_words(family));
+            let help = format!("{} is {}", schema.name, schema.type_words(family));
             self.report(Diagnostic::error("missing-parameter", self.kind, message).with_help(help));
         }
     }

@@ -64,7 +64,7 @@ fn without_effect(param: &Param, list: &ParamList, plugins: &[PluginRef]) -> Opt
             declaration(param),
             quoted(plugins)
         );
-        let warning = warning(message).with_label(format!("{} is a {expected}", param.name));
+        let warning = warning(message).with_label(format!("{} is {expected}", param.name));
         return Some(match declaration_to_write(param, schema, plugin.family) {
             Some(text) => warning.with_help(format!("write {text}")),
             None => warning,

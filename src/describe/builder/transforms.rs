@@ -31,7 +31,9 @@ impl Builder {
         change: impl Fn(DMat4) -> DMat4,
     ) {
         let pair = self.draft.ctm.changed(change);
-        if transform::has_inverse(&pair.start) && transform::has_inverse(&pair.end) {
+        if transform::has_inverse(&pair.start)
+            && (!pair.is_animated() || transform::has_inverse(&pair.end))
+        {
             self.draft.ctm.pair = pair;
         } else {
             self.diagnostics.push(
