@@ -31,16 +31,16 @@ impl Builder {
         change: impl Fn(DMat4) -> DMat4,
     ) {
         let pair = self.draft.ctm.changed(change);
-        if transform::has_inverse(&pair.start)
-            && (!pair.is_animated() || transform::has_inverse(&pair.end))
+        if transform::is_usable(&pair.start)
+            && (!pair.is_animated() || transform::is_usable(&pair.end))
         {
             self.draft.ctm.pair = pair;
         } else {
             self.diagnostics.push(
                 Diagnostic::error(
-                    "not-finite",
+                    "out-of-range",
                     span,
-                    format!("{keyword} makes the current transform overflow or collapse"),
+                    format!("{keyword} takes the current transform out of single precision"),
                 )
                 .with_label("this transform is left out"),
             );
