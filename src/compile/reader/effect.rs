@@ -86,7 +86,11 @@ fn without_effect(param: &Param, list: &ParamList, plugins: &[PluginRef]) -> Opt
 /// Whether `other` is read instead of `param`, which is a value of the same parameter.
 fn wins_over(other: &Param, param: &Param, schema: &ParamSchema, family: Family) -> bool {
     let class = schema::class_of(&other.value);
-    if !schema.accepts(class, family) {
+    let takes_one = schema
+        .types
+        .iter()
+        .all(|kind| kind.is_single() && !kind.classes(family).contains(&ParamClass::Texture));
+    if !schema.accepts(class, family) || (takes_one && schema::count_of(&other.value) != 1) {
         return false;
     }
     let rank = |name: &str| {

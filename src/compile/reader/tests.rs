@@ -153,6 +153,21 @@ fn fallback_names_are_read_only_when_the_name_is_absent() {
     );
 }
 
+#[test]
+fn a_fallback_name_is_read_when_the_name_has_the_wrong_number_of_values() {
+    let light = entity([
+        ("samples", ParamValue::Integer(vec![2, 3])),
+        ("nsamples", ParamValue::Integer(vec![8])),
+    ]);
+    let (samples, diagnostics) = read(plugin(Family::Light, "infinite"), &light, |r| {
+        r.int("samples")
+    });
+    assert_eq!(
+        (samples, found(&diagnostics)),
+        (8, vec![("value-count", 5)])
+    );
+}
+
 /// Quirk 6.
 #[test]
 fn q06_more_or_fewer_values_than_one_mean_the_default_and_warn() {
