@@ -1,3 +1,5 @@
 //! The `tyndall` program.
 
-fn main() {}
+fn main() -> std::process::ExitCode {
+    tyndall::app::run()
+}

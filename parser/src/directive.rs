@@ -1,7 +1,7 @@
 //! Directives: what the file says, one variant for each keyword of pbrt-v3.
 
 use crate::params::ParamList;
-use crate::source::{Span, Spanned};
+use crate::source::Spanned;
 
 /// Which of the two transforms later transform directives change.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -133,9 +133,162 @@ pub struct SceneFile {
     pub directives: Vec<Spanned<Directive>>,
 }
 
-impl<T> Spanned<T> {
-    /// Pairs a value with its place.
-    pub fn new(value: T, span: Span) -> Self {
-        Self { value, span }
+/// A directive taken apart in the way it is written: keyword, then strings, numbers and parameters in this order.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Parts<'a> {
+    /// The keyword.
+    pub keyword: &'static str,
+    /// The argument without quotes that `ActiveTransform` has.
+    pub word: Option<&'static str>,
+    /// Quoted arguments.
+    pub strings: Vec<&'a Spanned<String>>,
+    /// Numeric arguments.
+    pub numbers: Vec<f64>,
+    /// The parameter list, for directives that take one.
+    pub params: Option<&'a ParamList>,
+}
+
+impl ActiveTransform {
+    /// The word of the scene file.
+    pub fn word(self) -> &'static str {
+        match self {
+            Self::All => "All",
+            Self::StartTime => "StartTime",
+            Self::EndTime => "EndTime",
+        }
+    }
+}
+
+impl<'a> Parts<'a> {
+    fn bare(keyword: &'static str) -> Self {
+        Self {
+            keyword,
+            word: None,
+            strings: Vec::new(),
+            numbers: Vec::new(),
+            params: None,
+        }
+    }
+
+    fn numbers(keyword: &'static str, numbers: &[f64]) -> Self {
+        Self {
+            numbers: numbers.to_vec(),
+            ..Self::bare(keyword)
+        }
+    }
+
+    fn string(keyword: &'static str, string: &'a Spanned<String>) -> Self {
+        Self {
+            strings: vec![string],
+            ..Self::bare(keyword)
+        }
+    }
+
+    fn plugin(keyword: &'static str, plugin: &'a Plugin) -> Self {
+        Self {
+            params: Some(&plugin.params),
+            ..Self::string(keyword, &plugin.name)
+        }
+    }
+}
+
+impl Directive {
+    /// Keyword and arguments in the order they are written.
+    pub fn parts(&self) -> Parts<'_> {
+        match self {
+            Self::Identity => Parts::bare("Identity"),
+            Self::Translate(numbers) => Parts::numbers("Translate", numbers),
+            Self::Scale(numbers) => Parts::numbers("Scale", numbers),
+            Self::Rotate {
+                degrees,
+                axis: [x, y, z],
+            } => Parts::numbers("Rotate", &[*degrees, *x, *y, *z]),
+            Self::LookAt { eye, target, up } => {
+                Parts::numbers("LookAt", [*eye, *target, *up].as_flattened())
+            }
+            Self::Transform(matrix) => Parts::numbers("Transform", matrix),
+            Self::ConcatTransform(matrix) => Parts::numbers("ConcatTransform", matrix),
+            Self::CoordinateSystem(name) => Parts::string("CoordinateSystem", name),
+            Self::CoordSysTransform(name) => Parts::string("CoordSysTransform", name),
+            Self::ActiveTransform(which) => Parts {
+                word: Some(which.word()),
+                ..Parts::bare("ActiveTransform")
+            },
+            Self::TransformTimes(numbers) => Parts::numbers("TransformTimes", numbers),
+            Self::PixelFilter(plugin) => Parts::plugin("PixelFilter", plugin),
+            Self::Film(plugin) => Parts::plugin("Film", plugin),
+            Self::Sampler(plugin) => Parts::plugin("Sampler", plugin),
+            Self::Accelerator(plugin) => Parts::plugin("Accelerator", plugin),
+            Self::Integrator(plugin) => Parts::plugin("Integrator", plugin),
+            Self::Camera(plugin) => Parts::plugin("Camera", plugin),
+            Self::MakeNamedMedium(plugin) => Parts::plugin("MakeNamedMedium", plugin),
+            Self::MediumInterface { inside, outside } => {
+                let strings = std::iter::once(inside).chain(outside).collect();
+                Parts {
+                    strings,
+                    ..Parts::bare("MediumInterface")
+                }
+            }
+            Self::WorldBegin => Parts::bare("WorldBegin"),
+            Self::WorldEnd => Parts::bare("WorldEnd"),
+            Self::AttributeBegin => Parts::bare("AttributeBegin"),
+            Self::AttributeEnd => Parts::bare("AttributeEnd"),
+            Self::TransformBegin => Parts::bare("TransformBegin"),
+            Self::TransformEnd => Parts::bare("TransformEnd"),
+            Self::Texture {
+                name,
+                value_type,
+                class,
+            } => Parts {
+                strings: vec![name, value_type, &class.name],
+                ..Parts::plugin("Texture", class)
+            },
+            Self::Material(plugin) => Parts::plugin("Material", plugin),
+            Self::MakeNamedMaterial(plugin) => Parts::plugin("MakeNamedMaterial", plugin),
+            Self::NamedMaterial(plugin) => Parts::plugin("NamedMaterial", plugin),
+            Self::LightSource(plugin) => Parts::plugin("LightSource", plugin),
+            Self::AreaLightSource(plugin) => Parts::plugin("AreaLightSource", plugin),
+            Self::Shape(plugin) => Parts::plugin("Shape", plugin),
+            Self::ReverseOrientation => Parts::bare("ReverseOrientation"),
+            Self::ObjectBegin(name) => Parts::string("ObjectBegin", name),
+            Self::ObjectEnd => Parts::bare("ObjectEnd"),
+            Self::ObjectInstance(name) => Parts::string("ObjectInstance", name),
+        }
+    }
+
+    /// The keyword it is written with.
+    pub fn keyword(&self) -> &'static str {
+        self.parts().keyword
+    }
+
+    /// Whether both say the same, wherever they stand; NaN equals NaN here.
+    pub fn says_the_same(&self, other: &Self) -> bool {
+        let (ours, theirs) = (self.parts(), other.parts());
+        let same_number =
+            |(a, b): (&f64, &f64)| a.to_bits() == b.to_bits() || (a.is_nan() && b.is_nan());
+        ours.keyword == theirs.keyword
+            && ours.word == theirs.word
+            && ours
+                .strings
+                .iter()
+                .map(|string| &string.value)
+                .eq(theirs.strings.iter().map(|string| &string.value))
+            && ours.numbers.len() == theirs.numbers.len()
+            && ours.numbers.iter().zip(&theirs.numbers).all(same_number)
+            && match (ours.params, theirs.params) {
+                (Some(ours), Some(theirs)) => ours.says_the_same(theirs),
+                (ours, theirs) => ours.is_none() && theirs.is_none(),
+            }
+    }
+}
+
+impl SceneFile {
+    /// Whether both have the same directives in the same order, wherever they stand; NaN equals NaN here.
+    pub fn says_the_same(&self, other: &Self) -> bool {
+        let pairs = self.directives.iter().zip(&other.directives);
+        self.directives.len() == other.directives.len()
+            && pairs
+                .into_iter()
+                .all(|(a, b)| a.value.says_the_same(&b.value))
     }
 }

@@ -1,3 +1,176 @@
-//! Scene description in, world out: the room that knows plugin names, parameters and files.
+//! Scene description in, job out: the only room that knows plugin names, parameters, defaults and files.
+//!
+//! Works backward from what the picture needs: shapes first, then only the materials, textures, images, media and
+//! lights they lead to. What nothing leads to is neither opened nor decoded nor built.
 
+mod assets;
+mod lights;
+mod materials;
+mod media;
+mod options;
 pub mod reader;
+mod shapes;
+mod space;
+mod spectra;
+mod textures;
+
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
+use tyndall_parser::schema::{Family, PluginRef};
+use tyndall_parser::source::Spanned;
+
+use crate::describe::description::Frame;
+use crate::ids::MediumId;
+use crate::image::PixelRect;
+use crate::render::Job;
+use crate::world::{World, WorldParts};
+pub use assets::{Assets, NoAssets};
+
+/// What the command line changes about a scene.
+#[derive(Clone, Debug, Default)]
+pub struct CompileOptions {
+    /// Crop window x0, x1, y0, y1 in fractions of the frame; the film's own takes precedence.
+    pub crop_window: Option<[f32; 4]>,
+    /// A quick look: a quarter of the resolution, one sample.
+    pub quick: bool,
+    /// Samples per pixel instead of the scene's.
+    pub spp: Option<u32>,
+    /// Seed of all random numbers.
+    pub seed: u64,
+}
+
+/// A picture ready to be rendered.
+#[derive(Debug)]
+pub struct Compiled {
+    /// What to render.
+    pub job: Job,
+    /// The film's file name as written, relative to the working directory.
+    pub filename: String,
+    /// The full frame; the picture is its crop window.
+    pub frame: PixelRect,
+    /// Name of the integrator.
+    pub integrator: &'static str,
+    /// What the scene defines and the picture does not need.
+    pub skipped: Skipped,
+}
+
+/// Things that were left alone because nothing leads to them.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Skipped {
+    /// Textures.
+    pub textures: usize,
+    /// Materials.
+    pub materials: usize,
+    /// Media.
+    pub media: usize,
+    /// Object definitions.
+    pub objects: usize,
+}
+
+/// Builds the job of a frame. `None` if there is nothing sensible to render; the diagnostics then say why.
+pub fn compile(
+    mut frame: Frame,
+    options: &CompileOptions,
+    assets: &dyn Assets,
+) -> (Option<Compiled>, Diagnostics) {
+    let mut diagnostics = Diagnostics::default();
+    let compiled = build(&mut frame, options, assets, &mut diagnostics);
+    (compiled, diagnostics)
+}
+
+fn build(
+    frame: &mut Frame,
+    options: &CompileOptions,
+    assets: &dyn Assets,
+    diagnostics: &mut Diagnostics,
+) -> Option<Compiled> {
+    // Read every option even if one is missing, so that all faults are reported at once.
+    let film = options::film(frame, options, diagnostics);
+    let samples = options::samples(frame, options, diagnostics);
+    let integrator = options::integrator(frame, diagnostics);
+    options::accelerator(frame, diagnostics);
+    let camera = options::camera(frame, film.as_ref(), diagnostics);
+
+    let loaded = shapes::load(frame, assets, diagnostics);
+    let (film, samples, integrator, camera) = (film?, samples?, integrator?, camera?);
+    let space = space::RenderSpace::new(loaded.world_bounds(), camera.position());
+
+    let mut media = media::Media::new(frame, &space, assets, integrator.volumetric);
+    let mut textures = textures::TextureBuilder::new(frame, assets);
+    let mut materials = materials::MaterialBuilder::new(frame);
+    let mut parts = WorldParts {
+        choose_lights_by_power: integrator.choose_lights_by_power,
+        ..WorldParts::default()
+    };
+    loaded.place(
+        frame,
+        &space,
+        &mut materials,
+        &mut textures,
+        &mut media,
+        assets,
+        &mut parts,
+        diagnostics,
+    );
+    parts.camera_medium = frame
+        .camera
+        .medium
+        .map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
+    lights::build(frame, &space, assets, &mut parts.lights, diagnostics);
+    if parts.lights.is_empty() {
+        diagnostics.push(
+            Diagnostic::warning("no-lights", frame.span, "the scene has no lights")
+                .with_help("the picture will be black"),
+        );
+    }
+
+    let skipped = Skipped {
+        textures: textures.skipped(),
+        materials: materials.skipped(),
+        media: media.skipped(),
+        objects: frame.objects.len(),
+    };
+    parts.materials = materials.finish();
+    parts.textures = textures.finish();
+    parts.media = media.finish();
+    let job = Job {
+        world: World::new(parts),
+        camera: camera.place(&space),
+        pixel_bounds: integrator.pixel_bounds,
+        integrator: integrator.integrator,
+        film: film.desc,
+        spp: samples.spp,
+        seed: options.seed,
+        pixel_centers: samples.pixel_centers,
+    };
+    Some(Compiled {
+        job,
+        filename: film.filename,
+        frame: film.frame,
+        integrator: integrator.name,
+        skipped,
+    })
+}
+
+/// Looks up a plugin. Where pbrt-v3 goes on without it, so do we, with an error.
+fn lookup(
+    family: Family,
+    kind: &Spanned<String>,
+    instead: &str,
+    diagnostics: &mut Diagnostics,
+) -> Option<PluginRef> {
+    match family.lookup(kind) {
+        Ok(plugin) => Some(plugin),
+        Err(mut diagnostic) => {
+            diagnostic.severity = Severity::Error;
+            diagnostic.label = instead.to_owned();
+            diagnostics.push(*diagnostic);
+            None
+        }
+    }
+}
+
+/// Reports a plugin or feature that this version does not have.
+fn unsupported(what: &str, span: tyndall_parser::source::Span, instead: &str) -> Diagnostic {
+    Diagnostic::error("unsupported", span, format!("{what} is not supported yet"))
+        .with_label(instead)
+}

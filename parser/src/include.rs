@@ -1,0 +1,394 @@
+//! Includes: the stack of lexers behind one stream of tokens. Opens nothing itself; a [`Loader`] does.
+//!
+//! As in pbrt-v3 an `Include` acts on *tokens*: when the included file is exhausted its parent continues in the middle
+//! of whatever was being parsed. So parameters behind an `Include` belong to the last directive of the included file
+//! when that one's list is still open, and published scenes rely on it.
+
+use std::fmt;
+
+use crate::diagnostic::{Diagnostic, Severity};
+use crate::lexer::{self, Token};
+use crate::numbers::{self, Number};
+use crate::report::Report;
+use crate::source::{BYTE_ORDER_MARK, FileId, SourceBytes, Sources, Span, excerpt};
+
+/// Includes within includes. Real scenes nest a handful of times.
+const MAX_DEPTH: usize = 256;
+/// Files included by one scene: what stops files that include each other twice from doubling without end.
+const MAX_INCLUDES: usize = 100_000;
+
+/// Finds and reads the files that `Include` asks for.
+///
+/// All relative paths of a scene are resolved against the directory of the *top-level* file, never the including one.
+/// A closure `Fn(&str, &str) -> Result<Loaded, LoadError>` is a loader.
+pub trait Loader {
+    /// Reads the file that is called `path` in a scene whose top-level file is named `top_level`.
+    fn load(&self, path: &str, top_level: &str) -> Result<Loaded, LoadError>;
+}
+
+/// A file that a [`Loader`] read.
+#[derive(Clone)]
+pub struct Loaded {
+    /// Name for diagnostics.
+    pub name: String,
+    /// The whole text.
+    pub bytes: SourceBytes,
+}
+
+/// Why a file could not be read, as the end of the sentence "cannot read …: ".
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub struct LoadError {
+    /// E.g. `No such file or directory`.
+    pub message: String,
+}
+
+/// A loader that finds nothing, for text that stands alone.
+#[derive(Clone, Copy, Debug)]
+pub struct NoIncludes;
+
+impl LoadError {
+    /// An error with this explanation.
+    pub fn new(message: impl Into<String>) -> Self {
+        Self {
+            message: message.into(),
+        }
+    }
+}
+
+impl fmt::Display for LoadError {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str(&self.message)
+    }
+}
+
+impl std::error::Error for LoadError {}
+
+impl<F: Fn(&str, &str) -> Result<Loaded, LoadError>> Loader for F {
+    fn load(&self, path: &str, top_level: &str) -> Result<Loaded, LoadError> {
+        self(path, top_level)
+    }
+}
+
+impl Loader for NoIncludes {
+    fn load(&self, _path: &str, _top_level: &str) -> Result<Loaded, LoadError> {
+        Err(LoadError::new("files cannot be included here"))
+    }
+}
+
+/// A token by kind and place; its text is looked up where it is needed.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) struct Lexeme {
+    pub(crate) kind: Kind,
+    pub(crate) span: Span,
+}
+
+/// What a [`Lexeme`] is.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Kind {
+    Open,
+    Close,
+    Quoted,
+    Word,
+    /// The rest of a line behind a quote without its partner. Already reported.
+    Unterminated,
+}
+
+/// One file being read.
+struct Frame {
+    file: FileId,
+    bytes: SourceBytes,
+    position: usize,
+}
+
+impl Frame {
+    fn rest(&self) -> &[u8] {
+        (*self.bytes)
+            .as_ref()
+            .get(self.position..)
+            .unwrap_or_default()
+    }
+}
+
+/// The tokens of a scene across all its files, with one token of push-back.
+pub(crate) struct TokenStream<'a> {
+    pub(crate) sources: &'a mut Sources,
+    pub(crate) report: Report,
+    loader: &'a dyn Loader,
+    top_level: FileId,
+    frames: Vec<Frame>,
+    pushed_back: Option<Lexeme>,
+    n_includes: usize,
+    /// Place of the last token read.
+    last: Span,
+    /// From the start of the current directive to the last token taken in its file; before and after `last`.
+    extent: [Span; 2],
+}
+
+impl<'a> TokenStream<'a> {
+    /// A stream without files.
+    pub(crate) fn new(sources: &'a mut Sources, loader: &'a dyn Loader) -> Self {
+        let nowhere = Span::new(FileId(0), 0, 0);
+        Self {
+            sources,
+            report: Report::default(),
+            loader,
+            top_level: FileId(0),
+            frames: Vec::new(),
+            pushed_back: None,
+            n_includes: 0,
+            last: nowhere,
+            extent: [nowhere; 2],
+        }
+    }
+
+    /// Starts with a top-level file.
+    pub(crate) fn open(&mut self, root: FileId) {
+        let Some(bytes) = self.sources.get(root).map(|file| file.bytes.clone()) else {
+            return;
+        };
+        self.top_level = root;
+        self.last = Span::new(root, 0, 0);
+        self.push_frame(root, bytes, None);
+    }
+
+    /// Starts reading a file at the next token. `asked_by` is the `Include`, if there is one.
+    fn push_frame(&mut self, file: FileId, bytes: SourceBytes, asked_by: Option<Span>) {
+        let text = (*bytes).as_ref();
+        let reason = match text {
+            _ if u32::try_from(text.len()).is_err() => "it is 4 GiB or larger",
+            [0xff, 0xfe, ..] | [0xfe, 0xff, ..] => "it is UTF-16 text; save it as UTF-8",
+            [0x1f, 0x8b, ..] => "it is compressed; unpack it first",
+            _ => {
+                let position = if text.starts_with(BYTE_ORDER_MARK) {
+                    BYTE_ORDER_MARK.len()
+                } else {
+                    0
+                };
+                self.frames.push(Frame {
+                    file,
+                    bytes,
+                    position,
+                });
+                return;
+            }
+        };
+        let message = format!("cannot read \"{}\": {reason}", self.sources.name(file));
+        self.report.push(Diagnostic::new(
+            Severity::Fatal,
+            "unreadable-file",
+            asked_by,
+            message,
+        ));
+    }
+
+    /// The next token; `None` at the end of all input.
+    pub(crate) fn next(&mut self) -> Option<Lexeme> {
+        let lexeme = match self.pushed_back.take() {
+            Some(lexeme) => lexeme,
+            None => self.lex()?,
+        };
+        self.take(lexeme.span);
+        Some(lexeme)
+    }
+
+    /// Gives the last token back. Not twice in a row.
+    pub(crate) fn push_back(&mut self, lexeme: Lexeme) {
+        self.pushed_back = Some(lexeme);
+        self.extent[1] = self.extent[0];
+    }
+
+    /// Lets the extent of a directive start at its keyword.
+    pub(crate) fn start_extent(&mut self, keyword: Span) {
+        self.extent = [keyword; 2];
+    }
+
+    /// From the keyword to the last token taken, as far as it lies in the keyword's file.
+    pub(crate) fn extent(&self) -> Span {
+        self.extent[1]
+    }
+
+    /// The extent without the last token.
+    pub(crate) fn extent_before(&self) -> Span {
+        self.extent[0]
+    }
+
+    /// Whether only white space stands between the start of the line and this token.
+    pub(crate) fn is_first_on_line(&self, lexeme: Lexeme) -> bool {
+        let before = self.sources.text(Span {
+            lo: 0,
+            hi: lexeme.span.lo,
+            ..lexeme.span
+        });
+        before
+            .iter()
+            .rev()
+            .find(|byte| !matches!(byte, b' ' | b'\t'))
+            .is_none_or(|byte| matches!(byte, b'\n' | b'\r'))
+    }
+
+    /// The place behind the last token read.
+    pub(crate) fn end(&self) -> Span {
+        self.last.end()
+    }
+
+    /// The text of a token.
+    pub(crate) fn text(&self, lexeme: Lexeme) -> &[u8] {
+        self.sources.text(lexeme.span)
+    }
+
+    /// The text of a token for a message: short and printable.
+    pub(crate) fn shown(&self, lexeme: Lexeme) -> String {
+        excerpt(self.text(lexeme))
+    }
+
+    /// Takes plain numbers as long as they follow in the current file; returns how many.
+    pub(crate) fn numbers(&mut self, mut push: impl FnMut(Number)) -> usize {
+        if self.pushed_back.is_some() {
+            return 0;
+        }
+        let Some(frame) = self.frames.last() else {
+            return 0;
+        };
+        let mut count = 0;
+        let used = numbers::list(frame.rest(), |number| {
+            count += 1;
+            push(number);
+        });
+        self.advance(used);
+        count
+    }
+
+    /// Takes one plain number if it follows in the current file.
+    pub(crate) fn plain_number(&mut self) -> Option<Number> {
+        let frame = self.frames.last().filter(|_| self.pushed_back.is_none())?;
+        let (number, used) = numbers::next(frame.rest())?;
+        self.advance(used);
+        Some(number)
+    }
+
+    /// Moves behind numbers that were read without making tokens of them.
+    fn advance(&mut self, used: usize) {
+        if let Some(frame) = self.frames.last_mut().filter(|_| used > 0) {
+            frame.position += used;
+            let at = frame.position as u32;
+            let end = Span::new(frame.file, at, at);
+            self.take(end);
+        }
+    }
+
+    /// Notes that everything up to the end of `token` is taken.
+    fn take(&mut self, token: Span) {
+        self.last = token;
+        self.extent = [self.extent[1], self.extent[1].to(token)];
+    }
+
+    fn lex(&mut self) -> Option<Lexeme> {
+        loop {
+            let is_included = self.frames.len() > 1;
+            let frame = self.frames.last_mut()?;
+            let text = frame.rest();
+            let Ok((rest, token)) = lexer::token(text) else {
+                self.frames.pop();
+                continue;
+            };
+            let hi = frame.position + (text.len() - rest.len());
+            let lo = hi - token.text().len();
+            // The file is below 4 GiB, push_frame saw to it.
+            let span = Span::new(frame.file, lo as u32, hi as u32);
+            let kind = match token {
+                Token::Open => Kind::Open,
+                Token::Close => Kind::Close,
+                Token::Quoted(_) => Kind::Quoted,
+                Token::Word(_) => Kind::Word,
+                Token::Unterminated(_) => Kind::Unterminated,
+            };
+            frame.position = hi;
+            if kind == Kind::Unterminated {
+                let message = "a string must end on the line it starts on";
+                let fault = Diagnostic::fatal("unterminated-string", span, message)
+                    .with_label("no closing quote");
+                if is_included {
+                    // As in pbrt-v3: the rest of this file is lost, its parent goes on.
+                    let help = "the rest of this file is ignored; add the closing quote";
+                    self.report.push(Diagnostic {
+                        severity: Severity::Error,
+                        ..fault.with_help(help)
+                    });
+                    self.frames.pop();
+                    continue;
+                }
+                self.report.push(fault);
+            }
+            return Some(Lexeme { kind, span });
+        }
+    }
+
+    /// Reads the file `path` before anything else. `directive` is the `Include` with its argument.
+    pub(crate) fn include(&mut self, path: &str, directive: Span) {
+        let limit = if self.frames.len() > MAX_DEPTH {
+            Some(format!("more than {MAX_DEPTH} files include one another"))
+        } else if self.n_includes >= MAX_INCLUDES {
+            Some(format!("more than {MAX_INCLUDES} files are included"))
+        } else {
+            None
+        };
+        if let Some(message) = limit {
+            self.report.push(
+                Diagnostic::fatal("too-many-includes", directive, message).with_label("not read"),
+            );
+            return;
+        }
+        let loaded = match self.loader.load(path, self.sources.name(self.top_level)) {
+            Ok(loaded) => loaded,
+            Err(error) => {
+                let message = format!("cannot read \"{}\": {error}", excerpt(path.as_bytes()));
+                let help = "relative paths start at the directory of the top-level scene file";
+                self.report
+                    .push(Diagnostic::error("missing-include", directive, message).with_help(help));
+                return;
+            }
+        };
+        self.n_includes += 1;
+        if let Some(same) = self.frame_with_text((*loaded.bytes).as_ref()) {
+            let message = format!("\"{}\" includes itself", self.sources.name(same));
+            let chain = self.chain_down_to(same, directive);
+            self.report.push(
+                Diagnostic::fatal("include-loop", directive, message)
+                    .with_label("not read again")
+                    .with_help(format!("the loop is {chain}")),
+            );
+            return;
+        }
+        let file = self
+            .sources
+            .add_included(loaded.name, loaded.bytes.clone(), directive);
+        self.push_frame(file, loaded.bytes, Some(directive));
+    }
+
+    /// A file being read that has exactly this text.
+    ///
+    /// Files are compared by content: whatever their names, a file with the text of one that is asking for it will ask
+    /// for the same again, because paths do not depend on the including file.
+    fn frame_with_text(&self, text: &[u8]) -> Option<FileId> {
+        self.frames
+            .iter()
+            .find(|frame| (*frame.bytes).as_ref() == text)
+            .map(|frame| frame.file)
+    }
+
+    /// `a → b → a` for a loop that starts at the file `start` and is closed by `directive`.
+    fn chain_down_to(&self, start: FileId, directive: Span) -> String {
+        let mut names = vec![self.sources.name(start), self.sources.name(directive.file)];
+        let above = self
+            .sources
+            .include_chain(directive.file)
+            .map(|span| span.file);
+        names.extend(
+            above
+                .take_while(|&file| file >= start)
+                .map(|file| self.sources.name(file)),
+        );
+        names.reverse();
+        names.join(" → ")
+    }
+}

@@ -1,0 +1,131 @@
+//! Light sources other than emitting shapes.
+
+use glam::DVec3;
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::schema::{Family, PluginRef};
+
+use crate::compile::assets::Assets;
+use crate::compile::reader::ParamReader;
+use crate::compile::space::{self, RenderSpace};
+use crate::compile::textures::read_image;
+use crate::compile::{lookup, spectra, unsupported};
+use crate::describe::description::{Entity, Frame, LightEntity};
+use crate::image::mip::{MipMap, Wrap};
+use crate::light::infinite::InfiniteLight;
+use crate::light::{DistantLight, Light, PointLight};
+use crate::math::{Point3, Vec3};
+use crate::spectrum::Rgb;
+
+/// Adds the lights of a frame. Black ones are left out, unless a map could not be used.
+pub(super) fn build(
+    frame: &Frame,
+    space: &RenderSpace,
+    assets: &dyn Assets,
+    lights: &mut Vec<Light>,
+    diagnostics: &mut Diagnostics,
+) {
+    for entity in &frame.lights {
+        lights.extend(light(entity, space, assets, diagnostics));
+    }
+}
+
+/// `name` times `scale`, finite and not negative in sum; a light that is neither is dropped with an error.
+pub(super) fn radiance(
+    plugin: PluginRef,
+    entity: &Entity,
+    name: &str,
+    assets: &dyn Assets,
+    diagnostics: &mut Diagnostics,
+) -> Option<Rgb> {
+    let mut p = ParamReader::new(plugin, entity, diagnostics);
+    let values = [p.spectrum(name), p.spectrum("scale")];
+    let [emission, scale] = [0, 1].map(|k| spectra::to_rgb(&values[k], assets, diagnostics));
+    let product = emission * scale;
+    if !product.is_finite() {
+        let message = "the emission of a light must be finite";
+        diagnostics.push(
+            Diagnostic::error("bad-light", values[0].span, message)
+                .with_label("the light is left out"),
+        );
+        return None;
+    }
+    Some(product.clamp_negative()).filter(|rgb| !rgb.is_black())
+}
+
+fn light(
+    light: &LightEntity,
+    space: &RenderSpace,
+    assets: &dyn Assets,
+    diagnostics: &mut Diagnostics,
+) -> Option<Light> {
+    let entity = &light.entity;
+    const INSTEAD: &str = "the light is left out";
+    let plugin = lookup(Family::Light, &entity.kind, INSTEAD, diagnostics)?;
+    let name = plugin.schema.name;
+    if !matches!(name, "point" | "distant" | "infinite") {
+        let what = format!("the light \"{name}\"");
+        diagnostics.push(unsupported(&what, entity.kind.span, INSTEAD));
+        return None;
+    }
+    let emission = radiance(
+        plugin,
+        entity,
+        if name == "point" { "I" } else { "L" },
+        assets,
+        diagnostics,
+    );
+    let start = light.world_from_light.start;
+    let world_from_light = space::transform(start, entity.span, diagnostics)?;
+    let render_from_light = space.from_world(&world_from_light);
+    let point = |p: [f32; 3]| DVec3::from(p.map(f64::from));
+    let mut p = ParamReader::new(plugin, entity, diagnostics);
+    match name {
+        "point" => {
+            // pbrt-v3 adds "from" in world space, after the transform.
+            let world = world_from_light.point(DVec3::ZERO) + point(p.point3("from"));
+            p.finish();
+            let scale2 = space.scale() * space.scale();
+            let position = space
+                .from_world(&crate::math::Transform::IDENTITY)
+                .point(world);
+            let intensity = emission?.map(|c| (c as f64 * scale2) as f32);
+            Some(Light::Point(PointLight {
+                p: Point3::from_f64(position),
+                intensity,
+            }))
+        }
+        "distant" => {
+            let (from, to) = (point(p.point3("from")), point(p.point3("to")));
+            let span = p.span("from");
+            p.finish();
+            let Some(direction) = render_from_light.vector(from - to).try_normalize() else {
+                let message = "a distant light needs two different points, \"from\" and \"to\"";
+                diagnostics.push(Diagnostic::error("bad-light", span, message).with_label(INSTEAD));
+                return None;
+            };
+            let direction = Vec3::from_f64(direction);
+            Some(Light::Distant(DistantLight {
+                direction,
+                radiance: emission?,
+            }))
+        }
+        _ => {
+            let file = p.file("mapname");
+            p.finish();
+            let emission = emission?;
+            let image = file.and_then(|file| {
+                read_image(&file, assets, "a constant light is used", diagnostics)
+            });
+            let light = match image {
+                None => InfiniteLight::constant(emission),
+                Some(image) => {
+                    // Up-sampled to powers of two, as pbrt-v3 looks maps up.
+                    let map = MipMap::new(image, Wrap::Repeat);
+                    let linear = render_from_light.affine().matrix3;
+                    InfiniteLight::with_map(emission, map.level(0), linear)?
+                }
+            };
+            Some(Light::Infinite(Box::new(light)))
+        }
+    }
+}

@@ -1,0 +1,333 @@
+//! The options block: film, filter, samples, integrator, camera.
+
+use glam::DVec3;
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::schema::Family;
+
+use crate::camera::perspective::PerspectiveDesc;
+use crate::camera::{Camera, Perspective};
+use crate::compile::reader::ParamReader;
+use crate::compile::space::{self, RenderSpace};
+use crate::compile::{CompileOptions, lookup, unsupported};
+use crate::describe::description::Frame;
+use crate::film::{FilmDesc, Filter, FilterTable};
+use crate::image::PixelRect;
+use crate::integrator::{Integrator, Path};
+use crate::math::Transform;
+
+/// A quick look divides the resolution by this.
+const QUICK_DIVISOR: i32 = 4;
+
+pub(super) struct FilmOptions {
+    pub(super) desc: FilmDesc,
+    pub(super) filename: String,
+    pub(super) frame: PixelRect,
+}
+
+pub(super) fn film(
+    frame: &Frame,
+    options: &CompileOptions,
+    diagnostics: &mut Diagnostics,
+) -> Option<FilmOptions> {
+    let filter = filter(frame, diagnostics);
+    let plugin = lookup(
+        Family::Film,
+        &frame.film.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
+    let mut p = ParamReader::new(plugin, &frame.film, diagnostics);
+    let mut resolution = [p.int("xresolution"), p.int("yresolution")];
+    if options.quick {
+        resolution = resolution.map(|r| (r / QUICK_DIVISOR).max(1));
+    }
+    let resolution = resolution.map(|r| u32::try_from(r).unwrap_or(0));
+    let window = p
+        .floats::<4>("cropwindow")
+        .or(options.crop_window)
+        .unwrap_or([0.0, 1.0, 0.0, 1.0]);
+    let crop = crop(window, resolution);
+    let scale = p.float("scale") as f64;
+    let max_sample_luminance = p
+        .optional_float("maxsampleluminance")
+        .unwrap_or(f32::INFINITY);
+    let filename = p.string("filename");
+    let window_span = p.span("cropwindow");
+    p.finish();
+    if resolution.contains(&0) || crop.width == 0 || crop.height == 0 {
+        let message = "the picture has no pixels";
+        diagnostics.push(Diagnostic::fatal("no-pixels", window_span, message));
+        return None;
+    }
+    let desc = FilmDesc {
+        resolution,
+        crop,
+        filter: filter?,
+        scale,
+        max_sample_luminance,
+    };
+    let frame = PixelRect::from_size(resolution[0] as usize, resolution[1] as usize);
+    Some(FilmOptions {
+        desc,
+        filename,
+        frame,
+    })
+}
+
+/// Pixels of a crop window: ⌈resolution · fraction⌉ at both ends, in single precision as pbrt-v3 rounds it.
+fn crop(window: [f32; 4], resolution: [u32; 2]) -> PixelRect {
+    let range = |a: f32, b: f32, n: u32| {
+        let pixel = |x: f32| (n as f32 * x.clamp(0.0, 1.0)).ceil() as i32;
+        let (lo, hi) = (pixel(a.min(b)), pixel(a.max(b)));
+        (lo, (hi - lo).max(0) as usize)
+    };
+    let (x0, width) = range(window[0], window[1], resolution[0]);
+    let (y0, height) = range(window[2], window[3], resolution[1]);
+    PixelRect {
+        x0,
+        y0,
+        width,
+        height,
+    }
+}
+
+fn filter(frame: &Frame, diagnostics: &mut Diagnostics) -> Option<FilterTable> {
+    let plugin = lookup(
+        Family::Filter,
+        &frame.filter.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
+    let mut p = ParamReader::new(plugin, &frame.filter, diagnostics);
+    let radius = [p.float("xwidth"), p.float("ywidth")].map(f64::from);
+    let filter = match plugin.schema.name {
+        "box" => Filter::Box,
+        "triangle" => Filter::Triangle,
+        "gaussian" => Filter::Gaussian {
+            alpha: p.float("alpha") as f64,
+        },
+        "mitchell" => Filter::Mitchell {
+            b: p.float("B") as f64,
+            c: p.float("C") as f64,
+        },
+        _ => Filter::Sinc {
+            tau: p.float("tau") as f64,
+        },
+    };
+    p.finish();
+    Some(FilterTable::new(filter, radius))
+}
+
+pub(super) struct SampleOptions {
+    pub(super) spp: u32,
+    pub(super) pixel_centers: bool,
+}
+
+/// Sample count of the sampler. One scrambled low-discrepancy sequence serves under all the names.
+pub(super) fn samples(
+    frame: &Frame,
+    options: &CompileOptions,
+    diagnostics: &mut Diagnostics,
+) -> Option<SampleOptions> {
+    let plugin = lookup(
+        Family::Sampler,
+        &frame.sampler.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
+    let mut p = ParamReader::new(plugin, &frame.sampler, diagnostics);
+    let name = plugin.schema.name;
+    let mut pixel_centers = false;
+    let count = match name {
+        "stratified" => {
+            let (x, y) = (p.int("xsamples"), p.int("ysamples"));
+            if !p.bool("jitter") {
+                let span = p.span("jitter");
+                p.report(unsupported(
+                    "\"jitter\" off",
+                    span,
+                    "jittered samples are used",
+                ));
+            }
+            x.saturating_mul(y)
+        }
+        "halton" => {
+            pixel_centers = p.bool("samplepixelcenter");
+            p.int("pixelsamples")
+        }
+        _ => p.int("pixelsamples"),
+    };
+    let mut spp = u32::try_from(count).unwrap_or(1).max(1);
+    if matches!(name, "sobol" | "lowdiscrepancy" | "maxmindist") && !spp.is_power_of_two() {
+        let rounded = spp.checked_next_power_of_two().unwrap_or(1 << 31);
+        let span = p.span("pixelsamples");
+        let message = format!("\"{name}\" takes powers of two: {spp} is rounded up to {rounded}");
+        p.report(Diagnostic::warning("rounded-samples", span, message));
+        spp = rounded;
+    }
+    p.finish();
+    if options.quick && name != "random" {
+        spp = 1;
+    }
+    Some(SampleOptions {
+        spp: options.spp.unwrap_or(spp).max(1),
+        pixel_centers,
+    })
+}
+
+pub(super) struct IntegratorOptions {
+    pub(super) integrator: Integrator,
+    pub(super) name: &'static str,
+    pub(super) volumetric: bool,
+    pub(super) choose_lights_by_power: bool,
+    pub(super) pixel_bounds: Option<PixelRect>,
+}
+
+pub(super) fn integrator(
+    frame: &Frame,
+    diagnostics: &mut Diagnostics,
+) -> Option<IntegratorOptions> {
+    let kind = &frame.integrator.kind;
+    let plugin = lookup(Family::Integrator, kind, "nothing is rendered", diagnostics)?;
+    let name = plugin.schema.name;
+    if !matches!(name, "path" | "volpath") {
+        let what = format!("the integrator \"{name}\"");
+        diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
+        return None;
+    }
+    let mut p = ParamReader::new(plugin, &frame.integrator, diagnostics);
+    let path = Path {
+        max_depth: u32::try_from(p.int("maxdepth")).unwrap_or(0),
+        rr_threshold: p.float("rrthreshold"),
+    };
+    let choose_lights_by_power = p.choice("lightsamplestrategy") != "uniform";
+    let pixel_bounds = p.ints::<4>("pixelbounds").map(|[x0, x1, y0, y1]| {
+        let length = |a: i32, b: i32| usize::try_from(b as i64 - a as i64).unwrap_or(0);
+        PixelRect {
+            x0,
+            y0,
+            width: length(x0, x1),
+            height: length(y0, y1),
+        }
+    });
+    p.finish();
+    let volumetric = name == "volpath";
+    let integrator = if volumetric {
+        Integrator::VolPath(path)
+    } else {
+        Integrator::Path(path)
+    };
+    Some(IntegratorOptions {
+        integrator,
+        name,
+        volumetric,
+        choose_lights_by_power,
+        pixel_bounds,
+    })
+}
+
+/// One hierarchy serves all accelerators; their parameters are checked and have no effect.
+pub(super) fn accelerator(frame: &Frame, diagnostics: &mut Diagnostics) {
+    let entity = &frame.accelerator;
+    if let Some(plugin) = lookup(
+        Family::Accelerator,
+        &entity.kind,
+        "\"bvh\" is used",
+        diagnostics,
+    ) {
+        ParamReader::new(plugin, entity, diagnostics).finish();
+    }
+}
+
+/// A camera that waits for its place in render space.
+pub(super) struct CameraOptions {
+    world_from_camera: Transform,
+    desc: PerspectiveDesc,
+}
+
+impl CameraOptions {
+    /// Where the camera stands in world space.
+    pub(super) fn position(&self) -> DVec3 {
+        self.world_from_camera.point(DVec3::ZERO)
+    }
+
+    pub(super) fn place(mut self, space: &RenderSpace) -> Camera {
+        self.desc.render_from_camera = space.from_world(&self.world_from_camera);
+        Camera::Perspective(Perspective::new(&self.desc))
+    }
+}
+
+pub(super) fn camera(
+    frame: &Frame,
+    film: Option<&FilmOptions>,
+    diagnostics: &mut Diagnostics,
+) -> Option<CameraOptions> {
+    let entity = &frame.camera.entity;
+    let plugin = lookup(
+        Family::Camera,
+        &entity.kind,
+        "nothing is rendered",
+        diagnostics,
+    )?;
+    if plugin.schema.name != "perspective" {
+        let what = format!("the camera \"{}\"", plugin.schema.name);
+        diagnostics.push(unsupported(&what, entity.kind.span, "nothing is rendered"));
+        return None;
+    }
+    let pair = frame.camera.world_from_camera;
+    if pair.start != pair.end {
+        diagnostics.push(unsupported(
+            "a moving camera",
+            entity.span,
+            "its start is used",
+        ));
+    }
+    let world_from_camera = space::transform(pair.start, entity.span, diagnostics)?;
+    let mut p = ParamReader::new(plugin, entity, diagnostics);
+    let resolution = film.map_or([1, 1], |film| film.desc.resolution);
+    let aspect = p
+        .optional_float("frameaspectratio")
+        .map_or(resolution[0] as f64 / resolution[1] as f64, f64::from);
+    let screen_window = p.floats::<4>("screenwindow").map_or_else(
+        || {
+            if aspect > 1.0 {
+                [-aspect, aspect, -1.0, 1.0]
+            } else {
+                [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
+            }
+        },
+        |window| window.map(f64::from),
+    );
+    let half_fov = p.optional_float("halffov").filter(|half| *half > 0.0);
+    let fov = half_fov.map_or_else(|| p.float("fov") as f64, |half| 2.0 * half as f64);
+    let mut shutter = [p.float("shutteropen"), p.float("shutterclose")];
+    if shutter[0] > shutter[1] {
+        let span = p.span("shutterclose");
+        let message = "the shutter closes before it opens: the times are swapped";
+        p.report(Diagnostic::warning("swapped-shutter", span, message));
+        shutter.swap(0, 1);
+    }
+    let desc = PerspectiveDesc {
+        render_from_camera: Transform::IDENTITY,
+        resolution,
+        screen_window,
+        fov: fov.to_radians(),
+        lens_radius: p.float("lensradius") as f64,
+        focal_distance: p.float("focaldistance") as f64,
+        shutter,
+    };
+    let fov_span = p.span("fov");
+    p.finish();
+    if !(fov > 0.0 && fov < 180.0) {
+        let message = format!("a field of view of {fov} degrees cannot be drawn");
+        diagnostics.push(
+            Diagnostic::fatal("bad-camera", fov_span, message)
+                .with_help("it must be between 0 and 180 degrees"),
+        );
+        return None;
+    }
+    Some(CameraOptions {
+        world_from_camera,
+        desc,
+    })
+}

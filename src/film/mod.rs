@@ -1,0 +1,230 @@
+//! The film: pixel filters, sums over samples, and the finished picture.
+//!
+//! Sums are f64 and are added in one fixed order, that of *blocks*: squares of raster space that do not depend on
+//! crop, thread count or schedule. A pixel is therefore the same bits however the picture was rendered.
+
+pub mod filter;
+
+use crate::image::{Image, PixelRect};
+use crate::spectrum::Rgb;
+pub use filter::{Filter, FilterTable};
+
+/// Edge length of a block in pixels. Blocks are aligned to raster (0, 0).
+pub const BLOCK: i32 = 16;
+
+/// What the film is made for.
+#[derive(Clone, Debug)]
+pub struct FilmDesc {
+    /// Full frame in pixels.
+    pub resolution: [u32; 2],
+    /// Pixels of the picture, within the frame.
+    pub crop: PixelRect,
+    /// Filter weights.
+    pub filter: FilterTable,
+    /// Multiplies every pixel.
+    pub scale: f64,
+    /// Samples of more luminance are scaled down to it; ∞ leaves them alone.
+    pub max_sample_luminance: f32,
+}
+
+/// Sums of one pixel.
+#[derive(Clone, Copy, PartialEq, Debug, Default)]
+struct PixelSum {
+    rgb: [f64; 3],
+    weight: f64,
+}
+
+impl PixelSum {
+    fn add(&mut self, other: &Self) {
+        for (a, b) in self.rgb.iter_mut().zip(other.rgb) {
+            *a += b;
+        }
+        self.weight += other.weight;
+    }
+}
+
+/// A film in the making.
+#[derive(Clone, Debug)]
+pub struct Film {
+    desc: FilmDesc,
+    sums: Vec<PixelSum>,
+}
+
+/// The part of the film that the samples of one block touch.
+#[derive(Clone, Debug)]
+pub struct FilmBlock {
+    bounds: PixelRect,
+    sums: Vec<PixelSum>,
+}
+
+impl FilmDesc {
+    /// Raster position of the point `u` of a pixel. Where the filter is narrower than a pixel, positions keep to its
+    /// support: no sample is wasted, no pixel stays without weight.
+    #[inline]
+    pub fn position(&self, pixel: [i32; 2], u: [f32; 2]) -> [f64; 2] {
+        let radius = self.filter.radius();
+        [0, 1].map(|axis| {
+            let half_width = radius[axis].min(0.5);
+            pixel[axis] as f64 + 0.5 + (2.0 * u[axis] as f64 - 1.0) * half_width
+        })
+    }
+
+    /// An empty block for samples taken within `block`.
+    pub fn start_block(&self, block: PixelRect) -> FilmBlock {
+        let [rx, ry] = self.filter.radius();
+        let crop = self.crop;
+        // A sample at p reaches pixels from ⌈p − ½ − r⌉ to ⌊p − ½ + r⌋.
+        let range = |start: i32, length: usize, r: f64, lo: i32, n: usize| {
+            let first = ((start as f64 - 0.5 - r).ceil() as i32).max(lo);
+            let last =
+                (((start + length as i32) as f64 - 0.5 + r).floor() as i32).min(lo + n as i32 - 1);
+            (first, (last - first + 1).max(0) as usize)
+        };
+        let (x0, width) = range(block.x0, block.width, rx, crop.x0, crop.width);
+        let (y0, height) = range(block.y0, block.height, ry, crop.y0, crop.height);
+        FilmBlock {
+            bounds: PixelRect {
+                x0,
+                y0,
+                width,
+                height,
+            },
+            sums: vec![PixelSum::default(); width * height],
+        }
+    }
+}
+
+impl Film {
+    /// An empty film.
+    pub fn new(desc: FilmDesc) -> Self {
+        let n_pixels = desc.crop.width * desc.crop.height;
+        Self {
+            desc,
+            sums: vec![PixelSum::default(); n_pixels],
+        }
+    }
+
+    /// What it was made for.
+    pub fn desc(&self) -> &FilmDesc {
+        &self.desc
+    }
+
+    /// Pixels that samples are taken in: the crop window grown by the filter's radius, also beyond the frame.
+    pub fn sample_bounds(&self) -> PixelRect {
+        let crop = self.desc.crop;
+        let [rx, ry] = self.desc.filter.radius();
+        let range = |start: i32, length: usize, r: f64| {
+            let lo = (start as f64 + 0.5 - r).floor() as i32;
+            let hi = ((start + length as i32) as f64 - 0.5 + r).ceil() as i32;
+            (lo, (hi - lo) as usize)
+        };
+        let (x0, width) = range(crop.x0, crop.width, rx);
+        let (y0, height) = range(crop.y0, crop.height, ry);
+        PixelRect {
+            x0,
+            y0,
+            width,
+            height,
+        }
+    }
+
+    /// The blocks that make up the sample bounds, row by row: the order of addition.
+    pub fn blocks(&self) -> Vec<PixelRect> {
+        let bounds = self.sample_bounds();
+        let (x1, y1) = (
+            bounds.x0 + bounds.width as i32,
+            bounds.y0 + bounds.height as i32,
+        );
+        let starts = |lo: i32, hi: i32| {
+            (lo.div_euclid(BLOCK)..=(hi - 1).div_euclid(BLOCK)).map(|b| b * BLOCK)
+        };
+        let clip = |start: i32, lo: i32, hi: i32| {
+            let (a, b) = (start.max(lo), (start + BLOCK).min(hi));
+            (a, (b - a) as usize)
+        };
+        let mut blocks = Vec::new();
+        for y in starts(bounds.y0, y1) {
+            for x in starts(bounds.x0, x1) {
+                let (x0, width) = clip(x, bounds.x0, x1);
+                let (y0, height) = clip(y, bounds.y0, y1);
+                blocks.push(PixelRect {
+                    x0,
+                    y0,
+                    width,
+                    height,
+                });
+            }
+        }
+        blocks
+    }
+
+    /// Adds a finished block. Blocks are added in the order of [`Film::blocks`], one pass after the other.
+    pub fn merge(&mut self, block: &FilmBlock) {
+        let crop = self.desc.crop;
+        for (row, line) in block
+            .sums
+            .chunks_exact(block.bounds.width.max(1))
+            .enumerate()
+        {
+            let y = (block.bounds.y0 - crop.y0) as usize + row;
+            let x = (block.bounds.x0 - crop.x0) as usize;
+            let start = y * crop.width + x;
+            for (sum, add) in self.sums[start..start + line.len()].iter_mut().zip(line) {
+                sum.add(add);
+            }
+        }
+    }
+
+    /// The picture so far: weighted means, negative values cut to 0, times the film's scale.
+    pub fn develop(&self) -> Image {
+        let data = self
+            .sums
+            .iter()
+            .flat_map(|sum| {
+                let inverse = if sum.weight != 0.0 {
+                    1.0 / sum.weight
+                } else {
+                    0.0
+                };
+                sum.rgb
+                    .map(|c| ((c * inverse).max(0.0) * self.desc.scale) as f32)
+            })
+            .collect();
+        Image::new(self.desc.crop.width, self.desc.crop.height, 3, data)
+            .expect("a film has pixels, three channels each")
+    }
+}
+
+impl FilmBlock {
+    /// Adds a sample of finite radiance at a raster position. `weight` is the camera's; it does not enter the
+    /// denominator.
+    #[inline]
+    pub fn add_sample(&mut self, desc: &FilmDesc, raster: [f64; 2], radiance: Rgb, weight: f32) {
+        let luminance = radiance.luminance();
+        let radiance = if luminance > desc.max_sample_luminance {
+            radiance * (desc.max_sample_luminance / luminance)
+        } else {
+            radiance
+        };
+        let rgb = radiance.to_array().map(|c| c as f64 * weight as f64);
+        let [rx, ry] = desc.filter.radius();
+        let (px, py) = (raster[0] - 0.5, raster[1] - 0.5);
+        let range = |p: f64, r: f64, lo: i32, n: usize| {
+            let first = ((p - r).ceil() as i32).max(lo);
+            let last = ((p + r).floor() as i32).min(lo + n as i32 - 1);
+            first..=last
+        };
+        for y in range(py, ry, self.bounds.y0, self.bounds.height) {
+            let row = desc.filter.index_y(y as f64 - py);
+            let start = (y - self.bounds.y0) as usize * self.bounds.width;
+            for x in range(px, rx, self.bounds.x0, self.bounds.width) {
+                let w = desc.filter.weight(desc.filter.index_x(x as f64 - px), row);
+                let sum = &mut self.sums[start + (x - self.bounds.x0) as usize];
+                for (sum, c) in sum.rgb.iter_mut().zip(rgb) {
+                    *sum += c * w;
+                }
+                sum.weight += w;
+            }
+        }
+    }
+}

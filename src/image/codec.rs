@@ -1,0 +1,169 @@
+//! The front door of the codecs: bytes to pixels and back, by file extension.
+//!
+//! | extension | read | write |
+//! |---|---|---|
+//! | `exr` | half, float or integer channels, scan lines or tiles, data window only | 32-bit float, or half on request |
+//! | `pfm` | grey and RGB, both byte orders | little-endian float |
+//! | `png` | to 8 bits per channel | 8-bit sRGB |
+//! | `tga` | grey, RGB, colour-mapped | 8-bit sRGB |
+//! | `hdr`, `jpg`, `jpeg` | yes | no |
+//!
+//! Extensions are case-insensitive. Alpha is discarded. Values come as stored: nothing is linearised here.
+
+use crate::image::{Image, ImageError, PixelRect, openexr, pfm, raster};
+
+/// Pixels with what a file says around them.
+#[derive(Clone, PartialEq, Debug)]
+pub struct ImageFile {
+    /// The pixels of the data window.
+    pub image: Image,
+    /// Left and top edge of the data window, in the coordinates of the display window.
+    pub origin: (i32, i32),
+    /// The frame the pixels are part of.
+    pub display_window: PixelRect,
+    /// Named facts; decoding sorts them by name.
+    pub attributes: Vec<(String, Attribute)>,
+}
+
+/// A named fact in a file's header.
+#[derive(Clone, PartialEq, Debug)]
+pub enum Attribute {
+    /// Text.
+    Text(String),
+    /// A number.
+    Float(f32),
+    /// A whole number.
+    Int(i32),
+}
+
+/// Width of the samples of a written EXR.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum Precision {
+    /// 32 bits: what was computed is what is stored.
+    #[default]
+    Float,
+    /// 16 bits: 11 significant ones, clamped to ±65504.
+    Half,
+}
+
+#[derive(Clone, Copy, PartialEq, Eq)]
+enum Format {
+    Exr,
+    Pfm,
+    Png,
+    Tga,
+    Hdr,
+    Jpeg,
+}
+
+impl ImageFile {
+    /// An image that fills its frame and says nothing more.
+    pub fn new(image: Image) -> Self {
+        let display_window = image.bounds();
+        Self {
+            image,
+            origin: (0, 0),
+            display_window,
+            attributes: Vec::new(),
+        }
+    }
+
+    /// Where the pixels lie, in the coordinates of the display window.
+    pub fn data_window(&self) -> PixelRect {
+        let (x0, y0) = self.origin;
+        PixelRect {
+            x0,
+            y0,
+            ..self.image.bounds()
+        }
+    }
+
+    /// The pixels inside `window` (coordinates of the display window). `None` when the file does not cover it.
+    pub fn crop(&self, window: PixelRect) -> Option<Image> {
+        let x0 = window.x0.checked_sub(self.origin.0)?;
+        let y0 = window.y0.checked_sub(self.origin.1)?;
+        self.image.crop(PixelRect { x0, y0, ..window })
+    }
+}
+
+/// Decodes a file's bytes; `extension` (without dot) names the format.
+///
+/// Memory is bounded by the length of the input: see [`ImageError::TooLarge`].
+///
+/// # Errors
+/// [`ImageError`], by who must act.
+pub fn decode(bytes: &[u8], extension: &str) -> Result<ImageFile, ImageError> {
+    match format_of(extension)? {
+        Format::Exr => openexr::decode(bytes),
+        Format::Pfm => pfm::decode(bytes).map(ImageFile::new),
+        Format::Png => raster::decode(bytes, ::image::ImageFormat::Png).map(ImageFile::new),
+        Format::Tga => raster::decode(bytes, ::image::ImageFormat::Tga).map(ImageFile::new),
+        Format::Hdr => raster::decode(bytes, ::image::ImageFormat::Hdr).map(ImageFile::new),
+        Format::Jpeg => raster::decode(bytes, ::image::ImageFormat::Jpeg).map(ImageFile::new),
+    }
+}
+
+/// Encodes a file; `extension` (without dot) names the format. The same input gives the same bytes.
+///
+/// Only EXR keeps windows and attributes and heeds `precision`; the 8-bit formats take linear values and store sRGB.
+///
+/// # Errors
+/// [`ImageError::Unsupported`] for a format that is not written, [`ImageError::TooLarge`] when it has no room for the
+/// resolution, [`ImageError::Invalid`] for attribute names EXR cannot hold.
+pub fn encode(
+    file: &ImageFile,
+    extension: &str,
+    precision: Precision,
+) -> Result<Vec<u8>, ImageError> {
+    match format_of(extension)? {
+        Format::Exr => openexr::encode(file, precision),
+        Format::Pfm => Ok(pfm::encode(&file.image)),
+        Format::Png => raster::encode(&file.image, ::image::ImageFormat::Png),
+        Format::Tga => raster::encode(&file.image, ::image::ImageFormat::Tga),
+        Format::Hdr | Format::Jpeg => Err(ImageError::Unsupported(format!(
+            "\"{extension}\" files are read, not written; use exr, pfm, png or tga"
+        ))),
+    }
+}
+
+/// True for the extensions whose files hold sRGB by convention, so that `gamma` defaults to true.
+pub fn is_gamma_encoded(extension: &str) -> bool {
+    matches!(format_of(extension), Ok(Format::Png | Format::Tga))
+}
+
+fn format_of(extension: &str) -> Result<Format, ImageError> {
+    const FORMATS: [(&str, Format); 7] = [
+        ("exr", Format::Exr),
+        ("pfm", Format::Pfm),
+        ("png", Format::Png),
+        ("tga", Format::Tga),
+        ("hdr", Format::Hdr),
+        ("jpg", Format::Jpeg),
+        ("jpeg", Format::Jpeg),
+    ];
+    let found = FORMATS
+        .iter()
+        .find(|(name, _)| extension.eq_ignore_ascii_case(name));
+    found.map(|&(_, format)| format).ok_or_else(|| {
+        ImageError::Unsupported(format!(
+            "\"{extension}\" is not an image format known here: exr, pfm, png, tga, hdr, jpg"
+        ))
+    })
+}
+
+/// Most samples that a file of this length may unpack to.
+///
+/// Deflate, the densest code in use, shrinks at most 1032:1; a few small pictures' worth is free, so that tiny files
+/// of one colour pass.
+pub(super) fn sample_budget(n_bytes: usize) -> usize {
+    const FREE: usize = 16 << 20;
+    const DEFLATE_RATIO: usize = 1032;
+    n_bytes.saturating_mul(DEFLATE_RATIO).saturating_add(FREE)
+}
+
+/// The error for a file that claims more than [`sample_budget`].
+pub(super) fn too_large(width: usize, height: usize, n_bytes: usize) -> ImageError {
+    ImageError::TooLarge(format!(
+        "a file of {n_bytes} bytes cannot hold {width}x{height} pixels"
+    ))
+}

@@ -1,0 +1,403 @@
+//! OpenEXR, through the `exr` crate, block by block: the pixels exist once.
+
+use std::io::Cursor;
+
+use ::exr::block::reader::ChunksReader;
+use ::exr::block::writer::ChunksWriter;
+use ::exr::block::{self, BlockIndex, UncompressedBlock, lines::LineRef, lines::LineRefMut};
+use ::exr::meta::header::{Header, LayerAttributes};
+use ::exr::meta::{BlockDescription, MetaData};
+use ::exr::prelude::{
+    AttributeValue, ChannelDescription, Compression, Error, IntegerBounds, LineOrder, SampleType,
+    SmallVec, Text, Vec2, f16,
+};
+
+use crate::image::codec::{self, Attribute, ImageFile, Precision};
+use crate::image::{Image, ImageError, PixelRect, sample_count};
+
+/// The largest finite half.
+const MAX_HALF: f32 = 65504.0;
+
+/// Attributes that belong to the format itself and are not handed on.
+const STRUCTURAL: [&str; 8] = [
+    "chunkCount",
+    "dwaCompressionLevel",
+    "maxSamplesPerPixel",
+    "name",
+    "pixelAspectRatio",
+    "screenWindowWidth",
+    "type",
+    "version",
+];
+
+/// Decodes the first part that shows a picture; see [`Picture::find`]. Only the highest resolution is read.
+pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
+    let reader = block::read(Cursor::new(bytes), false).map_err(exr_error)?;
+    let picture = Picture::find(reader.headers())?;
+    let header = reader.headers()[picture.part].clone();
+    let (width, height) = (header.layer_size.width(), header.layer_size.height());
+    let channels = picture.channels;
+    let n_samples = sample_count(width, height, channels)
+        .filter(|&count| count <= codec::sample_budget(bytes.len()));
+    let n_samples = n_samples.ok_or_else(|| codec::too_large(width, height, bytes.len()))?;
+    check_blocks(reader.headers(), bytes.len())?;
+
+    // Zeroed memory costs nothing until a block is written to it.
+    let mut data = vec![0.0; n_samples];
+    let chunks = reader
+        .filter_chunks(false, |_, tile, block| {
+            block.layer == picture.part && tile.is_largest_resolution_level()
+        })
+        .map_err(exr_error)?;
+    chunks
+        .decompress_sequential(false, |_, block| {
+            for line in block.lines(&header.channels) {
+                let Some(slot) = picture.slots[line.location.channel] else {
+                    continue;
+                };
+                let start =
+                    (line.location.position.y() * width + line.location.position.x()) * channels;
+                let end = start + line.location.sample_count * channels;
+                let pixels = data
+                    .get_mut(start..end)
+                    .ok_or(Error::Invalid("block outside the image".into()))?;
+                let samples = pixels.iter_mut().skip(slot).step_by(channels);
+                read_line(
+                    &line,
+                    header.channels.list[line.location.channel].sample_type,
+                    samples,
+                )?;
+            }
+            Ok(())
+        })
+        .map_err(exr_error)?;
+
+    let display = header.shared_attributes.display_window;
+    let origin = header.own_attributes.layer_position;
+    Ok(ImageFile {
+        image: Image::new(width, height, channels, data)?,
+        origin: (origin.x(), origin.y()),
+        display_window: PixelRect {
+            x0: display.position.x(),
+            y0: display.position.y(),
+            width: display.size.width(),
+            height: display.size.height(),
+        },
+        attributes: attributes_of(&header),
+    })
+}
+
+/// Refuses headers whose blocks the input cannot hold, before anything is sized by them.
+fn check_blocks(headers: &[Header], n_bytes: usize) -> Result<(), ImageError> {
+    for header in headers {
+        // Every block has an eight-byte entry in the offset table.
+        if header.chunk_count > n_bytes / 8 {
+            return Err(ImageError::Invalid(
+                "the file is too short for its table of blocks".into(),
+            ));
+        }
+        if let BlockDescription::Tiles(tiles) = header.blocks {
+            let (width, height) = (tiles.tile_size.width(), tiles.tile_size.height());
+            let n_samples = sample_count(width, height, header.channels.list.len());
+            if n_samples.is_none_or(|count| count > codec::sample_budget(n_bytes)) {
+                return Err(codec::too_large(width, height, n_bytes));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// One line of one channel, converted to f32.
+fn read_line<'a>(
+    line: &LineRef<'_>,
+    sample_type: SampleType,
+    samples: impl Iterator<Item = &'a mut f32>,
+) -> Result<(), Error> {
+    match sample_type {
+        SampleType::F16 => {
+            for (sample, value) in samples.zip(line.read_samples::<f16>()) {
+                *sample = value?.to_f32();
+            }
+        }
+        SampleType::F32 => {
+            for (sample, value) in samples.zip(line.read_samples::<f32>()) {
+                *sample = value?;
+            }
+        }
+        SampleType::U32 => {
+            for (sample, value) in samples.zip(line.read_samples::<u32>()) {
+                *sample = value? as f32;
+            }
+        }
+    }
+    Ok(())
+}
+
+/// Which part and which of its channels make the picture.
+struct Picture {
+    part: usize,
+    /// 1 or 3.
+    channels: usize,
+    /// For every channel of the part, its place in a pixel.
+    slots: Vec<Option<usize>>,
+}
+
+impl Picture {
+    /// The first part with, in this order of preference: `R`, `G`, `B` (absent ones are 0); `Y` alone; the same under a
+    /// layer name (`diffuse.R`); a single channel of any name but `A`.
+    fn find(headers: &[Header]) -> Result<Self, ImageError> {
+        let flat = || {
+            headers
+                .iter()
+                .enumerate()
+                .filter(|(_, header)| !header.deep)
+        };
+        let found = flat().find_map(|(part, header)| Self::in_part(part, header));
+        found.ok_or_else(|| {
+            ImageError::Unsupported(if flat().next().is_none() && !headers.is_empty() {
+                "deep images are not read".into()
+            } else {
+                "the file has no channels R, G, B or Y, and more than one other".into()
+            })
+        })
+    }
+
+    fn in_part(part: usize, header: &Header) -> Option<Self> {
+        let names: Vec<String> = header
+            .channels
+            .list
+            .iter()
+            .map(|channel| channel.name.to_string())
+            .collect();
+        let layers = names
+            .iter()
+            .filter_map(|name| name.rsplit_once('.'))
+            .map(|(layer, _)| format!("{layer}."));
+        for prefix in std::iter::once(String::new()).chain(layers) {
+            let place = |wanted: [&str; 3]| -> Vec<Option<usize>> {
+                let slot = |name: &String| {
+                    wanted
+                        .iter()
+                        .position(|w| name.strip_prefix(&*prefix) == Some(*w))
+                };
+                names.iter().map(slot).collect()
+            };
+            let rgb = place(["R", "G", "B"]);
+            if rgb.iter().any(Option::is_some) {
+                return Some(Self {
+                    part,
+                    channels: 3,
+                    slots: rgb,
+                });
+            }
+            let grey = place(["Y", "", ""]);
+            let chroma = names
+                .iter()
+                .any(|name| name.ends_with("RY") || name.ends_with("BY"));
+            if grey.contains(&Some(0)) && !chroma {
+                return Some(Self {
+                    part,
+                    channels: 1,
+                    slots: grey,
+                });
+            }
+        }
+        let mut colours = (0..names.len()).filter(|&i| names[i] != "A");
+        let (only, None) = (colours.next()?, colours.next()) else {
+            return None;
+        };
+        let slots = (0..names.len()).map(|i| (i == only).then_some(0)).collect();
+        Some(Self {
+            part,
+            channels: 1,
+            slots,
+        })
+    }
+}
+
+/// Text, float and integer attributes, sorted by name.
+fn attributes_of(header: &Header) -> Vec<(String, Attribute)> {
+    let mut attributes: Vec<(String, Attribute)> = header
+        .all_named_attributes()
+        .filter_map(|(name, value)| {
+            let value = match value {
+                AttributeValue::Text(text) => {
+                    Attribute::Text(String::from_utf8_lossy(text.as_slice()).into_owned())
+                }
+                AttributeValue::F32(value) => Attribute::Float(value),
+                AttributeValue::I32(value) => Attribute::Int(value),
+                _ => return None,
+            };
+            Some((String::from_utf8_lossy(name).into_owned(), value))
+        })
+        .filter(|(name, _)| !STRUCTURAL.contains(&name.as_str()))
+        .collect();
+    attributes.sort_by(|a, b| a.0.cmp(&b.0));
+    attributes
+}
+
+/// Encodes scan lines with lossless ZIP compression; grey goes to channel `Y`.
+pub(super) fn encode(file: &ImageFile, precision: Precision) -> Result<Vec<u8>, ImageError> {
+    let header = header_for(file, precision)?;
+    let channels = header.channels.clone();
+    let mut bytes = Cursor::new(Vec::new());
+    block::write(
+        &mut bytes,
+        SmallVec::from_iter([header]),
+        false,
+        |meta: MetaData, writer| {
+            let blocks = block::enumerate_ordered_header_block_indices(&meta.headers).map(
+                |(index, block): (_, BlockIndex)| {
+                    (
+                        index,
+                        UncompressedBlock::from_lines(&channels, block, |line| {
+                            write_line(&file.image, precision, line)
+                        }),
+                    )
+                },
+            );
+            // The compressor borrows the writer, which must outlive the loop.
+            let mut compressor = writer.sequential_blocks_compressor(&meta);
+            for (index, block) in blocks {
+                compressor.compress_block(index, block)?;
+            }
+            Ok(())
+        },
+    )
+    .map_err(exr_error)?;
+    let mut bytes = bytes.into_inner();
+    sort_attributes(&mut bytes);
+    Ok(bytes)
+}
+
+fn header_for(file: &ImageFile, precision: Precision) -> Result<Header, ImageError> {
+    let image = &file.image;
+    let sample_type = match precision {
+        Precision::Float => SampleType::F32,
+        Precision::Half => SampleType::F16,
+    };
+    let names: &[&str] = if image.channels() == 1 {
+        &["Y"]
+    } else {
+        &["B", "G", "R"]
+    };
+    let channels = names
+        .iter()
+        .map(|&name| ChannelDescription::new(name, sample_type, false))
+        .collect();
+    let display = file.display_window;
+    // The format keeps every coordinate within ±2^30.
+    let fits = |rect: PixelRect| {
+        let fits = |start: i32, length: usize| {
+            length < 1 << 30 && start > -(1 << 30) && i64::from(start) + (length as i64) < 1 << 30
+        };
+        fits(rect.x0, rect.width) && fits(rect.y0, rect.height)
+    };
+    if !fits(display) || !fits(file.data_window()) {
+        return Err(ImageError::TooLarge(
+            "the windows of an EXR file stay within 2^30 pixels of the origin".into(),
+        ));
+    }
+    let mut own = LayerAttributes {
+        layer_position: Vec2(file.origin.0, file.origin.1),
+        ..Default::default()
+    };
+    for (name, value) in &file.attributes {
+        if name.is_empty() || name.len() > 255 || name.contains('\0') || is_reserved(name) {
+            return Err(ImageError::Invalid(format!(
+                "\"{}\" cannot name an EXR attribute",
+                name.escape_debug()
+            )));
+        }
+        let value = match value {
+            Attribute::Text(text) => {
+                AttributeValue::Text(Text::from_slice_unchecked(text.as_bytes()))
+            }
+            Attribute::Float(value) => AttributeValue::F32(*value),
+            Attribute::Int(value) => AttributeValue::I32(*value),
+        };
+        if own
+            .other
+            .insert(Text::from_slice_unchecked(name.as_bytes()), value)
+            .is_some()
+        {
+            return Err(ImageError::Invalid(format!(
+                "two attributes are named \"{name}\""
+            )));
+        }
+    }
+    let mut header = Header::new(Text::from(""), (image.width(), image.height()), channels)
+        .with_encoding(
+            Compression::ZIP16,
+            BlockDescription::ScanLines,
+            LineOrder::Increasing,
+        )
+        .with_attributes(own);
+    header.shared_attributes.display_window =
+        IntegerBounds::new((display.x0, display.y0), (display.width, display.height));
+    Ok(header)
+}
+
+/// True for names the format gives a meaning of its own.
+fn is_reserved(name: &str) -> bool {
+    const TYPED: [&str; 7] = [
+        "channels",
+        "compression",
+        "dataWindow",
+        "displayWindow",
+        "lineOrder",
+        "screenWindowCenter",
+        "tiles",
+    ];
+    STRUCTURAL.contains(&name) || TYPED.contains(&name)
+}
+
+fn write_line(image: &Image, precision: Precision, line: LineRefMut<'_>) {
+    let Vec2(x, y) = line.location.position;
+    // Channels are stored in alphabetical order, so B, G, R.
+    let slot = image.channels() - 1 - line.location.channel;
+    let sample = |i: usize| image.pixel(x + i, y)[slot];
+    let written = match precision {
+        Precision::Float => line.write_samples(sample),
+        Precision::Half => {
+            line.write_samples(|i| f16::from_f32(sample(i).clamp(-MAX_HALF, MAX_HALF)))
+        }
+    };
+    written.expect("a line has room for its samples");
+}
+
+/// Puts the attributes of a written header in order of name. The encoder keeps them in a hash map, and two files of the
+/// same picture should be the same bytes.
+fn sort_attributes(bytes: &mut [u8]) {
+    const MAGIC_AND_VERSION: usize = 8;
+    let text_end = |start: usize| {
+        start
+            + bytes[start..]
+                .iter()
+                .position(|&b| b == 0)
+                .expect("header texts end")
+    };
+    let mut attributes: Vec<&[u8]> = Vec::new();
+    let mut at = MAGIC_AND_VERSION;
+    while bytes[at] != 0 {
+        let size_at = text_end(text_end(at) + 1) + 1;
+        let size = bytes[size_at..]
+            .first_chunk()
+            .map(|&size| u32::from_le_bytes(size))
+            .expect("a size follows");
+        let end = size_at + 4 + size as usize;
+        attributes.push(&bytes[at..end]);
+        at = end;
+    }
+    // Names are unique and end in 0, so comparing the whole encoding compares the names.
+    attributes.sort_unstable();
+    let sorted = attributes.concat();
+    bytes[MAGIC_AND_VERSION..at].copy_from_slice(&sorted);
+}
+
+fn exr_error(error: Error) -> ImageError {
+    match error {
+        Error::NotSupported(text) => ImageError::Unsupported(format!("EXR: {text}")),
+        other => ImageError::Invalid(format!("EXR: {other}")),
+    }
+}

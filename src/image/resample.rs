@@ -1,0 +1,108 @@
+//! Up-sampling to powers of two, the way textures of the scene format expect it.
+//!
+//! Four taps of a Lanczos-windowed sinc, radius 2 and τ = 2 (pbrt 3e §10.4.3). Up-sampling only: the filter is as wide
+//! as the old texels. It rings and blurs a little; published scenes were made with it.
+
+use std::f32::consts::PI;
+
+use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
+
+use crate::image::Image;
+use crate::image::mip::Wrap;
+
+const RADIUS: f32 = 2.0;
+const TAU: f32 = 2.0;
+const N_TAPS: usize = 4;
+
+/// The old texels that make one new one.
+struct Taps {
+    /// Index of each old texel; `None` where black lies.
+    texels: [Option<usize>; N_TAPS],
+    /// Their weights, with sum 1 over all four.
+    weights: [f32; N_TAPS],
+}
+
+/// Brings every side that is not a power of two up to the next one; samples below 0 become 0.
+///
+/// An image with two powers of two passes untouched.
+pub(super) fn to_powers_of_two(image: Image, wrap: Wrap) -> Image {
+    let (width, height) = (
+        image.width().next_power_of_two(),
+        image.height().next_power_of_two(),
+    );
+    if (width, height) == (image.width(), image.height()) {
+        return image;
+    }
+    let channels = image.channels();
+    let old_height = image.height();
+    let wide = widen(&image, &taps(image.width(), width, wrap));
+    drop(image);
+
+    let rows = taps(old_height, height, wrap);
+    let row_length = width * channels;
+    let mut data = vec![0.0; height * row_length];
+    data.par_chunks_exact_mut(row_length)
+        .zip_eq(&rows)
+        .for_each(|(row, taps)| {
+            for (texel, weight) in taps.texels.iter().zip(taps.weights) {
+                let Some(y) = *texel else { continue };
+                for (sample, &old) in row
+                    .iter_mut()
+                    .zip(&wide[y * row_length..(y + 1) * row_length])
+                {
+                    *sample += weight * old;
+                }
+            }
+            for sample in row {
+                *sample = sample.max(0.0);
+            }
+        });
+    Image::new(width, height, channels, data).expect("sides and samples agree")
+}
+
+/// All rows at the new width.
+fn widen(image: &Image, columns: &[Taps]) -> Vec<f32> {
+    let channels = image.channels();
+    let mut wide = vec![0.0; image.height() * columns.len() * channels];
+    wide.par_chunks_exact_mut(columns.len() * channels)
+        .enumerate()
+        .for_each(|(y, row)| {
+            for (pixel, taps) in row.chunks_exact_mut(channels).zip(columns) {
+                for (texel, weight) in taps.texels.iter().zip(taps.weights) {
+                    let Some(x) = *texel else { continue };
+                    for (sample, &old) in pixel.iter_mut().zip(image.pixel(x, y)) {
+                        *sample += weight * old;
+                    }
+                }
+            }
+        });
+    wide
+}
+
+fn taps(old: usize, new: usize, wrap: Wrap) -> Vec<Taps> {
+    let taps_of = |i: usize| {
+        let center = (i as f32 + 0.5) * old as f32 / new as f32;
+        let first = (center - RADIUS + 0.5).floor();
+        let positions: [f32; N_TAPS] = std::array::from_fn(|tap| first + tap as f32);
+        let weights = positions.map(|texel| lanczos((texel + 0.5 - center) / RADIUS));
+        let sum: f32 = weights.iter().sum();
+        Taps {
+            texels: positions.map(|texel| wrap.index(texel as i64, old)),
+            weights: weights.map(|w| w / sum),
+        }
+    };
+    (0..new).map(taps_of).collect()
+}
+
+/// Windowed sinc over [-1, 1].
+fn lanczos(x: f32) -> f32 {
+    let x = x.abs() * PI;
+    if x > PI {
+        0.0
+    } else if x < 1e-5 * PI {
+        // The limit; both quotients lose their digits here.
+        1.0
+    } else {
+        (x * TAU).sin() / (x * TAU) * (x.sin() / x)
+    }
+}

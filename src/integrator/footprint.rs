@@ -1,0 +1,60 @@
+//! The footprint of the camera's pixel on a surface (pbrt 3rd ed., section 10.1.1).
+
+use crate::camera::RayDifferential;
+use crate::math::{Ray, Vec3};
+use crate::shape::SurfacePoint;
+use crate::texture::TextureContext;
+
+/// Where textures are evaluated on a surface; without a differential the footprint is a point.
+pub fn texture_context(
+    surface: &SurfacePoint,
+    differential: Option<&RayDifferential>,
+) -> TextureContext {
+    let mut ctx = TextureContext {
+        p: surface.p,
+        uv: surface.uv,
+        duv_dx: [0.0; 2],
+        duv_dy: [0.0; 2],
+        dp_dx: Vec3::ZERO,
+        dp_dy: Vec3::ZERO,
+    };
+    let Some(differential) = differential else {
+        return ctx;
+    };
+    let (Some(dp_dx), Some(dp_dy)) = (
+        offset_on_plane(surface, &differential.right),
+        offset_on_plane(surface, &differential.below),
+    ) else {
+        return ctx;
+    };
+    (ctx.dp_dx, ctx.dp_dy) = (dp_dx, dp_dy);
+    // The two axes in which the surface is seen largest make the best conditioned system.
+    let n = surface.ng.abs();
+    let (a, b) = if n.x() > n.y() && n.x() > n.z() {
+        (1, 2)
+    } else if n.y() > n.z() {
+        (0, 2)
+    } else {
+        (0, 1)
+    };
+    let (dpdu, dpdv) = (surface.dpdu.0, surface.dpdv.0);
+    let det = dpdu[a] * dpdv[b] - dpdv[a] * dpdu[b];
+    let solve = |dp: Vec3| {
+        let du = (dp.0[a] * dpdv[b] - dpdv[a] * dp.0[b]) / det;
+        let dv = (dpdu[a] * dp.0[b] - dp.0[a] * dpdu[b]) / det;
+        if du.is_finite() && dv.is_finite() {
+            [du, dv]
+        } else {
+            [0.0; 2]
+        }
+    };
+    (ctx.duv_dx, ctx.duv_dy) = (solve(dp_dx), solve(dp_dy));
+    ctx
+}
+
+/// From the surface point to where a neighbouring ray meets its tangent plane.
+fn offset_on_plane(surface: &SurfacePoint, ray: &Ray) -> Option<Vec3> {
+    let t = surface.ng.dot(surface.p - ray.o) / surface.ng.dot(ray.d);
+    let offset = ray.at(t) - surface.p;
+    offset.is_finite().then_some(offset)
+}

@@ -1,0 +1,64 @@
+//! Light transport: the radiance along a camera ray. Knows the world; knows no film, no files, no threads.
+
+pub mod footprint;
+pub mod path;
+
+use crate::camera::RayDifferential;
+use crate::math::Ray;
+use crate::sampler::Sampler;
+use crate::spectrum::Rgb;
+use crate::world::World;
+pub use path::Path;
+
+/// A light transport algorithm.
+#[derive(Clone, Copy, Debug)]
+pub enum Integrator {
+    /// Surfaces only; media are ignored.
+    Path(Path),
+    /// Surfaces and media.
+    VolPath(Path),
+}
+
+/// Events of the inner loop, counted by each worker and added up at the end.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Counters {
+    /// Rays that looked for the nearest surface.
+    pub rays: u64,
+    /// Rays that looked for light.
+    pub shadow_rays: u64,
+    /// Collisions with a medium that scattered.
+    pub medium_scatterings: u64,
+    /// Paths given up because they met more null surfaces in a row than the scene has.
+    pub stuck_paths: u64,
+}
+
+impl Counters {
+    /// Adds the counts of another worker.
+    pub fn add(&mut self, other: &Self) {
+        self.rays += other.rays;
+        self.shadow_rays += other.shadow_rays;
+        self.medium_scatterings += other.medium_scatterings;
+        self.stuck_paths += other.stuck_paths;
+    }
+}
+
+impl Integrator {
+    /// Radiance that arrives along a camera ray.
+    pub fn li(
+        &self,
+        world: &World,
+        ray: Ray,
+        differential: Option<&RayDifferential>,
+        sampler: &mut Sampler,
+        counters: &mut Counters,
+    ) -> Rgb {
+        match self {
+            Self::Path(path) => path.li::<false>(world, ray, differential, sampler, counters),
+            // Without media and null surfaces the two are the same, and the simpler one is faster.
+            Self::VolPath(path) if !world.facts().has_media && !world.facts().has_null_surfaces => {
+                path.li::<false>(world, ray, differential, sampler, counters)
+            }
+            Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),
+        }
+    }
+}

@@ -1,0 +1,363 @@
+//! Path tracing with next-event estimation, on surfaces and in media. Scene-file manual (`path`, `volpath`):
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `integer maxdepth` | 5 | scattering events; 0 shows emitters only |
+//! | `float rrthreshold` | 1 | Russian roulette below this throughput |
+//! | `string lightsamplestrategy` | `spatial` | how a light is chosen |
+//! | `integer[4] pixelbounds` | film | pixels that are rendered |
+//!
+//! The integrand is pbrt-v3's. The estimator differs: the continuation of the path serves as the second half of
+//! multiple importance sampling, so that each vertex costs one shadow ray.
+
+use crate::camera::RayDifferential;
+use crate::ids::MediumId;
+use crate::integrator::Counters;
+use crate::integrator::footprint::texture_context;
+use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::medium::MediumEvent;
+use crate::sampler::Sampler;
+use crate::sampling::mis::power_heuristic;
+use crate::sampling::rng::Rng;
+use crate::scatter::{Bsdf, HenyeyGreenstein, TransportMode};
+use crate::shape::SurfacePoint;
+use crate::spectrum::Rgb;
+use crate::world::{Hit, LightSample, Receiver, World, spawn_ray};
+
+/// Settings of the path tracers.
+#[derive(Clone, Copy, Debug)]
+pub struct Path {
+    /// Scattering events.
+    pub max_depth: u32,
+    /// Russian roulette begins below this throughput.
+    pub rr_threshold: f32,
+}
+
+/// Bounces after which Russian roulette may end a path.
+const ROULETTE_AFTER: u32 = 3;
+/// Least probability with which Russian roulette ends a path it is tested for.
+const MIN_ROULETTE: f32 = 0.05;
+
+/// How the current ray came about, for weighing the emission it finds.
+#[derive(Clone, Copy)]
+enum Origin {
+    /// From the camera or a specular bounce: light sampling cannot find what it finds.
+    Certain,
+    /// Drawn at a point with a density that light sampling competes with.
+    Drawn { from: Point3, pdf_w: f32 },
+    /// Past a null surface where the model lets only specular light through.
+    Hidden,
+}
+
+struct State<'a> {
+    world: &'a World,
+    sampler: &'a mut Sampler,
+    counters: &'a mut Counters,
+    /// For loops of unknown length.
+    rng: Rng,
+    ray: Ray,
+    medium: MediumId,
+    origin: Origin,
+    radiance: Rgb,
+    beta: Rgb,
+    /// Undoes, for Russian roulette, the change of throughput by refraction.
+    eta_scale: f32,
+    bounces: u32,
+}
+
+impl Path {
+    /// Radiance along a camera ray. `VOLUMETRIC` heeds media and lets light sampling pass null surfaces; without it
+    /// both are as in pbrt-v3's `path`: media do not exist, null surfaces block light sampling.
+    pub fn li<const VOLUMETRIC: bool>(
+        &self,
+        world: &World,
+        ray: Ray,
+        differential: Option<&RayDifferential>,
+        sampler: &mut Sampler,
+        counters: &mut Counters,
+    ) -> Rgb {
+        let rng = sampler.stream();
+        let mut state = State {
+            world,
+            sampler,
+            counters,
+            rng,
+            ray,
+            medium: if VOLUMETRIC {
+                world.camera_medium()
+            } else {
+                MediumId::NONE
+            },
+            origin: Origin::Certain,
+            radiance: Rgb::BLACK,
+            beta: Rgb::ONE,
+            eta_scale: 1.0,
+            bounces: 0,
+        };
+        let mut differential = differential;
+        let mut crossings = 0;
+        loop {
+            state.counters.rays += 1;
+            let hit = world.closest(&state.ray, f32::INFINITY);
+
+            // In a medium the path may scatter before it meets a surface.
+            if VOLUMETRIC && state.medium.is_some() {
+                let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
+                let medium = world.medium(state.medium);
+                match medium.sample(&state.ray, t_max, state.beta, &mut state.rng) {
+                    MediumEvent::Pass { weight } => state.beta *= weight,
+                    MediumEvent::Scatter { t, weight } => {
+                        state.beta *= weight;
+                        state.counters.medium_scatterings += 1;
+                        differential = None;
+                        crossings = 0;
+                        let phase = medium.phase();
+                        if state.bounces >= self.max_depth
+                            || !state.scatter_in_medium(t, phase)
+                            || !self.survives(&mut state)
+                        {
+                            break;
+                        }
+                        continue;
+                    }
+                }
+                if state.beta.is_black() {
+                    break;
+                }
+            }
+
+            let Some(hit) = hit else {
+                state.add_environment();
+                break;
+            };
+            let surface = world.surface(&state.ray, &hit);
+            state.add_emission(&hit, &surface);
+            if state.bounces >= self.max_depth {
+                break;
+            }
+
+            // A null surface only changes the medium.
+            let material = world.geometry(hit.target.geometry).material;
+            if !material.is_some() {
+                crossings += 1;
+                if crossings > world.n_elements() + 1 {
+                    state.counters.stuck_paths += 1;
+                    break;
+                }
+                state.cross::<VOLUMETRIC>(&hit, &surface);
+                differential = None;
+                continue;
+            }
+            crossings = 0;
+
+            let ctx = texture_context(&surface, differential.take());
+            let bsdf = world
+                .material(material)
+                .bsdf(&surface, &ctx, world.textures());
+            if !state.scatter_at_surface::<VOLUMETRIC>(&hit, &surface, &bsdf)
+                || !self.survives(&mut state)
+            {
+                break;
+            }
+        }
+        state.radiance
+    }
+
+    /// Russian roulette after a bounce; survivors carry the energy of the others.
+    fn survives(&self, state: &mut State) -> bool {
+        let u = state.sampler.get_1d();
+        let carried = (state.beta * state.eta_scale).max_component();
+        if carried < self.rr_threshold && state.bounces > ROULETTE_AFTER {
+            let p_end = (1.0 - carried).max(MIN_ROULETTE);
+            if u < p_end {
+                return false;
+            }
+            state.beta *= 1.0 / (1.0 - p_end);
+        }
+        true
+    }
+}
+
+impl State<'_> {
+    /// Adds the light of the environment to a path that leaves the scene.
+    fn add_environment(&mut self) {
+        let w = self.ray.d;
+        let le = match self.origin {
+            Origin::Certain => self.world.environment(w, |_| 1.0, false),
+            Origin::Drawn { pdf_w, .. } => {
+                self.world
+                    .environment(w, |pdf_light| power_heuristic(pdf_w, pdf_light), true)
+            }
+            Origin::Hidden => return,
+        };
+        self.radiance += self.beta * le;
+    }
+
+    /// Adds the emission of the surface the path has met.
+    fn add_emission(&mut self, hit: &Hit, surface: &SurfacePoint) {
+        let Some((light, le)) = self.world.emitted(hit, surface, -self.ray.d) else {
+            return;
+        };
+        if le.is_black() {
+            return;
+        }
+        let weight = match self.origin {
+            Origin::Certain => 1.0,
+            Origin::Drawn { from, pdf_w } => {
+                power_heuristic(pdf_w, self.world.pdf_of_hit(light, hit, surface, from))
+            }
+            Origin::Hidden => return,
+        };
+        self.radiance += self.beta * le * weight;
+    }
+
+    /// Goes on behind a null surface.
+    fn cross<const VOLUMETRIC: bool>(&mut self, hit: &Hit, surface: &SurfacePoint) {
+        if VOLUMETRIC {
+            self.medium = self
+                .world
+                .medium_toward(hit.target, surface.ng, self.ray.d, self.medium);
+        } else if let Origin::Drawn { .. } = self.origin {
+            self.origin = Origin::Hidden;
+        }
+        self.ray = spawn_ray(
+            surface.p,
+            surface.p_err,
+            surface.ng,
+            self.ray.d,
+            self.ray.time,
+        );
+    }
+
+    /// Scatters in the current medium at distance `t`. False where the path ends.
+    fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein) -> bool {
+        let p = self.ray.at(t);
+        let wo = -self.ray.d;
+        let (u_light, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        if !phase.is_delta() {
+            let at = Receiver {
+                p,
+                p_err: Vec3::ZERO,
+                ng: Normal3::ZERO,
+                time: self.ray.time,
+            };
+            let medium = self.medium;
+            if let Some(sample) = self.world.sample_light(&at, u_light, u) {
+                let density = phase.p(wo, sample.wi);
+                let weight = if sample.is_delta {
+                    1.0
+                } else {
+                    power_heuristic(sample.pdf, density)
+                };
+                let f = Rgb::splat(density);
+                self.add_light::<true>(&sample, f, weight, medium);
+            }
+        }
+        let (wi, pdf_w) = phase.sample(wo, self.sampler.get_2d());
+        // The density is the phase function itself: throughput stays as it is.
+        self.origin = if phase.is_delta() {
+            Origin::Certain
+        } else {
+            Origin::Drawn { from: p, pdf_w }
+        };
+        self.ray = Ray {
+            o: p,
+            d: wi,
+            time: self.ray.time,
+        };
+        self.bounces += 1;
+        true
+    }
+
+    /// Scatters at a surface. False where the path ends.
+    fn scatter_at_surface<const VOLUMETRIC: bool>(
+        &mut self,
+        hit: &Hit,
+        surface: &SurfacePoint,
+        bsdf: &Bsdf,
+    ) -> bool {
+        let wo = -self.ray.d;
+        let world = self.world;
+        let medium_toward = |w: Vec3, current: MediumId| {
+            if VOLUMETRIC {
+                world.medium_toward(hit.target, surface.ng, w, current)
+            } else {
+                MediumId::NONE
+            }
+        };
+        let (u_light, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        if bsdf.has_non_specular() {
+            let at = Receiver {
+                p: surface.p,
+                p_err: surface.p_err,
+                ng: surface.ng,
+                time: self.ray.time,
+            };
+            if let Some(sample) = self.world.sample_light(&at, u_light, u) {
+                let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
+                if !f.is_black() {
+                    let weight = if sample.is_delta {
+                        1.0
+                    } else {
+                        power_heuristic(sample.pdf, bsdf.pdf(wo, sample.wi))
+                    };
+                    let medium = medium_toward(sample.wi, self.medium);
+                    self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
+                }
+            }
+        }
+        let (u_lobe, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        let Some(sample) = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance) else {
+            return false;
+        };
+        self.beta *= sample.weight;
+        if self.beta.is_black() {
+            return false;
+        }
+        self.origin = if sample.specular {
+            Origin::Certain
+        } else {
+            Origin::Drawn {
+                from: surface.p,
+                pdf_w: sample.pdf_w,
+            }
+        };
+        self.eta_scale *= sample.eta_scale;
+        self.medium = medium_toward(sample.wi, self.medium);
+        self.ray = spawn_ray(
+            surface.p,
+            surface.p_err,
+            surface.ng,
+            sample.wi,
+            self.ray.time,
+        );
+        self.bounces += 1;
+        true
+    }
+
+    /// Adds light that was sampled, if it is seen; `f` includes the cosine.
+    fn add_light<const VOLUMETRIC: bool>(
+        &mut self,
+        sample: &LightSample,
+        f: Rgb,
+        weight: f32,
+        medium: MediumId,
+    ) {
+        let contribution = self.beta * f * sample.radiance * (weight / sample.pdf);
+        if contribution.is_black() {
+            return;
+        }
+        if VOLUMETRIC {
+            let n_rays = &mut self.counters.shadow_rays;
+            let tr = self
+                .world
+                .transmittance(sample, medium, &mut self.rng, n_rays);
+            self.radiance += contribution * tr;
+        } else {
+            self.counters.shadow_rays += 1;
+            if !self.world.is_occluded(sample) {
+                self.radiance += contribution;
+            }
+        }
+    }
+}

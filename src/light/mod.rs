@@ -1,0 +1,113 @@
+//! Lights: what they emit, and how to draw a direction toward them. Knows no files, no materials, no visibility.
+//!
+//! Powers are in units of render space and serve only to choose among lights.
+
+pub mod infinite;
+
+use crate::ids::GeometryId;
+use crate::math::{Normal3, Point3, Vec3};
+use crate::sampling::distribution::AliasTable;
+use crate::spectrum::Rgb;
+pub use infinite::InfiniteLight;
+
+/// A light.
+#[derive(Clone, Debug)]
+pub enum Light {
+    /// Shines from a point in all directions alike.
+    Point(PointLight),
+    /// Shines from infinitely far away in one direction.
+    Distant(DistantLight),
+    /// Surrounds the scene.
+    Infinite(Box<InfiniteLight>),
+    /// A surface that emits.
+    Area(AreaLight),
+}
+
+/// Scene-file manual (`LightSource "point"`): `spectrum I` (1) in W/sr, `spectrum scale` (1), `point from`.
+#[derive(Clone, Copy, Debug)]
+pub struct PointLight {
+    /// Position.
+    pub p: Point3,
+    /// Radiant intensity in render-space units: W/sr times the squared length scale.
+    pub intensity: Rgb,
+}
+
+/// Scene-file manual (`LightSource "distant"`): `spectrum L` (1), `spectrum scale` (1), `point from`, `to`.
+#[derive(Clone, Copy, Debug)]
+pub struct DistantLight {
+    /// Unit direction toward the light.
+    pub direction: Vec3,
+    /// Irradiance on a perpendicular area.
+    pub radiance: Rgb,
+}
+
+/// Scene-file manual (`AreaLightSource "diffuse"`): `spectrum L` (1), `spectrum scale` (1), `bool twosided` (false).
+#[derive(Clone, Copy, Debug)]
+pub struct AreaLight {
+    /// The shape that emits.
+    pub geometry: GeometryId,
+    /// Its element.
+    pub element: u32,
+    /// Emitted radiance.
+    pub radiance: Rgb,
+    /// Whether it emits from the back as well.
+    pub two_sided: bool,
+}
+
+impl AreaLight {
+    /// Radiance that leaves the surface toward `w` where its normal is `ng`.
+    #[inline]
+    pub fn le(&self, ng: Normal3, w: Vec3) -> Rgb {
+        if self.two_sided || ng.dot(w) > 0.0 {
+            self.radiance
+        } else {
+            Rgb::BLACK
+        }
+    }
+}
+
+/// How to choose one of the lights: with fixed probabilities.
+#[derive(Clone, Debug, Default)]
+pub struct LightChoice {
+    table: Option<AliasTable>,
+    n_lights: usize,
+}
+
+impl LightChoice {
+    /// Chooses in proportion to `weights` (one for each light, non-negative); uniformly if all are zero.
+    pub fn new(weights: &[f64]) -> Self {
+        let table = if weights.len() > 1 {
+            AliasTable::new(weights)
+        } else {
+            None
+        };
+        Self {
+            table,
+            n_lights: weights.len(),
+        }
+    }
+
+    /// An index and its probability; `None` when there are no lights.
+    #[inline]
+    pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
+        match (&self.table, self.n_lights) {
+            (_, 0) => None,
+            (_, 1) => Some((0, 1.0)),
+            (Some(table), _) => {
+                let chosen = table.sample(u);
+                Some((chosen.index, chosen.pmf))
+            }
+            (None, n) => Some((((u * n as f32) as usize).min(n - 1), 1.0 / n as f32)),
+        }
+    }
+
+    /// Probability of an index.
+    #[inline]
+    pub fn pmf(&self, index: usize) -> f32 {
+        match (&self.table, self.n_lights) {
+            (_, 1) => 1.0,
+            (Some(table), _) => table.pmf(index),
+            (None, n) => 1.0 / n as f32,
+        }
+    }
+}

@@ -1,0 +1,16 @@
+//! Points, vectors, normals, rays, boxes, frames, transforms and rounding-error bounds.
+//!
+//! Values of the inner loop are f32 on SIMD registers; transforms are f64. Knows nothing of shapes or scenes.
+
+pub mod bounds;
+pub mod error;
+pub mod frame;
+pub mod ray;
+pub mod transform;
+pub mod vector;
+
+pub use bounds::Bounds3;
+pub use frame::Frame;
+pub use ray::Ray;
+pub use transform::Transform;
+pub use vector::{Normal3, Point3, Vec3};

@@ -1,0 +1,243 @@
+//! Heterogeneous medium: density on a grid. Scene-file manual (`"string type" "heterogeneous"`), beside the
+//! parameters of the homogeneous medium:
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `integer nx`, `ny`, `nz` | 1 | grid resolution |
+//! | `float density` | required | nx·ny·nz values, x fastest; multiply the coefficients |
+//! | `point p0`, `p1` | (0,0,0), (1,1,1) | corners of the grid's box in medium space |
+//!
+//! Values sit at cell centres and are interpolated trilinearly; beyond the grid the density is 0, so that it fades
+//! out over the outer half cell, as in pbrt-v3.
+
+use glam::{Affine3A, Vec3A};
+
+use crate::math::{Ray, Transform};
+use crate::medium::majorant::{MajorantGrid, Segment};
+use crate::medium::{MediumEvent, channel_weights};
+use crate::sampling::rng::Rng;
+use crate::scatter::HenyeyGreenstein;
+use crate::spectrum::Rgb;
+
+/// A density field on a grid, in *voxel space*: cell (i, j, k) covers [i, i+1) × [j, j+1) × [k, k+1).
+#[derive(Clone, Debug)]
+pub struct DensityGrid {
+    /// Values with a border of zeros, x fastest.
+    padded: Vec<f32>,
+    n: [usize; 3],
+    majorants: MajorantGrid,
+}
+
+impl DensityGrid {
+    /// `values` holds nx·ny·nz finite, non-negative densities, x fastest.
+    pub fn new(n: [usize; 3], values: &[f32]) -> Self {
+        assert_eq!(values.len(), n[0] * n[1] * n[2], "loading checks the count");
+        let [px, py, pz] = n.map(|n| n + 2);
+        let mut padded = vec![0.0; px * py * pz];
+        for (row, line) in values.chunks_exact(n[0]).enumerate() {
+            let (y, z) = (row % n[1], row / n[1]);
+            let start = ((z + 1) * py + y + 1) * px + 1;
+            padded[start..start + n[0]].copy_from_slice(line);
+        }
+        // Within lo..=hi interpolation reads the values around lo − ½ … hi + ½, which are these padded entries. The
+        // bound holds up to half a voxel beyond the box, more than any rounding along a ray.
+        let majorants = MajorantGrid::new(n, |lo, hi| {
+            let mut bound = 0f32;
+            for z in lo[2]..=hi[2] + 1 {
+                for y in lo[1]..=hi[1] + 1 {
+                    let line = (z * py + y) * px;
+                    bound = padded[line + lo[0]..=line + hi[0] + 1]
+                        .iter()
+                        .copied()
+                        .fold(bound, f32::max);
+                }
+            }
+            // Interpolation may round up.
+            bound * (1.0 + 8.0 * f32::EPSILON)
+        });
+        Self {
+            padded,
+            n,
+            majorants,
+        }
+    }
+
+    /// Interpolated density at a point of voxel space inside the grid's box.
+    #[inline]
+    pub fn density(&self, p: Vec3A) -> f32 {
+        let [px, py, _] = self.n.map(|n| n + 2);
+        // Padded coordinate: value i sits at i + 1, its cell centre at i + ½.
+        let limit = Vec3A::new(self.n[0] as f32, self.n[1] as f32, self.n[2] as f32) + 0.5;
+        let q = (p + 0.5).clamp(Vec3A::splat(0.5), limit);
+        let floor = q.floor();
+        let f = q - floor;
+        let corner = floor.as_uvec3();
+        let base = (corner.z as usize * py + corner.y as usize) * px + corner.x as usize;
+        let line = |offset: usize| {
+            let v = &self.padded[base + offset..base + offset + 2];
+            v[0] + f.x * (v[1] - v[0])
+        };
+        let lerp = |a: f32, b: f32, t: f32| a + t * (b - a);
+        let low = lerp(line(0), line(px), f.y);
+        let high = lerp(line(px * py), line(px * py + px), f.y);
+        lerp(low, high, f.z)
+    }
+
+    /// Largest density anywhere.
+    pub fn max(&self) -> f32 {
+        self.majorants.max()
+    }
+
+    /// Bytes on the heap.
+    pub fn memory(&self) -> usize {
+        self.padded.len() * size_of::<f32>()
+    }
+}
+
+/// A medium whose coefficients are multiplied by a density field.
+#[derive(Clone, Debug)]
+pub struct GridMedium {
+    density: DensityGrid,
+    voxel_from_render: Affine3A,
+    sigma_t: Rgb,
+    sigma_s: Rgb,
+    /// Phase function.
+    pub phase: HenyeyGreenstein,
+    /// Extinction is the same in every channel.
+    is_grey: bool,
+}
+
+/// Transmittance below which ratio tracking plays Russian roulette.
+const ROULETTE_BELOW: f32 = 0.1;
+
+impl GridMedium {
+    /// `sigma_a`, `sigma_s` per unit of render space at density 1; `unit_from_render` maps the grid's box to [0, 1]³.
+    pub fn new(
+        density: DensityGrid,
+        unit_from_render: &Transform,
+        sigma_a: Rgb,
+        sigma_s: Rgb,
+        phase: HenyeyGreenstein,
+    ) -> Self {
+        let n = density.n.map(|n| n as f64);
+        let scale = glam::DAffine3::from_scale(glam::DVec3::from(n));
+        let affine = scale * *unit_from_render.affine();
+        let voxel_from_render =
+            Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3());
+        let sigma_t = sigma_a + sigma_s;
+        let is_grey = sigma_t.min_component() == sigma_t.max_component();
+        Self {
+            density,
+            voxel_from_render,
+            sigma_t,
+            sigma_s,
+            phase,
+            is_grey,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.sigma_t.is_black() || self.density.max() == 0.0
+    }
+
+    #[inline]
+    fn voxel_ray(&self, ray: &Ray) -> (Vec3A, Vec3A) {
+        (
+            self.voxel_from_render.transform_point3a(ray.o.0),
+            self.voxel_from_render.transform_vector3a(ray.d.0),
+        )
+    }
+
+    /// Runs through the tentative collisions of a Poisson process whose rate is the local majorant times
+    /// `sigma`. `collide(t, ratio)` receives each one with density / majorant in [0, 1] and ends the run by `Some`.
+    #[inline]
+    fn track<T>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        sigma: f32,
+        rng: &mut Rng,
+        mut collide: impl FnMut(f32, f32, &mut Rng) -> Option<T>,
+    ) -> Option<T> {
+        let (o, d) = self.voxel_ray(ray);
+        let mut depth = rng.exponential();
+        for Segment { t0, t1, majorant } in self.density.majorants.walk(o, d, t_max) {
+            let rate = sigma * majorant;
+            let mut t = t0;
+            loop {
+                let left = (t1 - t) * rate;
+                if depth >= left {
+                    depth -= left;
+                    break;
+                }
+                t += depth / rate;
+                let ratio = self.density.density(o + d * t) / majorant;
+                if let Some(result) = collide(t, ratio, rng) {
+                    return Some(result);
+                }
+                depth = rng.exponential();
+            }
+        }
+        None
+    }
+
+    /// Delta tracking (Woodcock 1965) under local majorants; coloured extinction by spectral tracking (Kutz et al.
+    /// 2017), where the throughput of the path decides between real and null collisions.
+    pub(super) fn sample(&self, ray: &Ray, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
+        if self.sigma_s.is_black() {
+            return MediumEvent::Pass {
+                weight: self.transmittance(ray, t_max, rng),
+            };
+        }
+        let sigma = self.sigma_t.max_component();
+        if self.is_grey {
+            let albedo = self.sigma_s * (1.0 / sigma);
+            return self
+                .track(ray, t_max, sigma, rng, |t, ratio, rng| {
+                    (rng.uniform() < ratio).then_some(t)
+                })
+                .map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| {
+                    MediumEvent::Scatter { t, weight: albedo }
+                });
+        }
+        let relative = self.sigma_t * (1.0 / sigma);
+        let scattering = self.sigma_s * (1.0 / sigma);
+        let mut weight = Rgb::ONE;
+        let scattered = self.track(ray, t_max, sigma, rng, |t, ratio, rng| {
+            let real = relative * ratio;
+            let q = channel_weights(beta * weight);
+            let p_real = (q.r() * real.r() + q.g() * real.g() + q.b() * real.b()).min(1.0);
+            if rng.uniform() < p_real {
+                weight *= scattering * (ratio / p_real);
+                return Some(t);
+            }
+            weight *= (Rgb::ONE - real).clamp_negative() * (1.0 / (1.0 - p_real));
+            None
+        });
+        match scattered {
+            Some(t) => MediumEvent::Scatter { t, weight },
+            None => MediumEvent::Pass { weight },
+        }
+    }
+
+    /// Ratio tracking (Novák et al. 2014) under local majorants, with Russian roulette once little is left.
+    pub(super) fn transmittance(&self, ray: &Ray, t_max: f32, rng: &mut Rng) -> Rgb {
+        let sigma = self.sigma_t.max_component();
+        let relative = self.sigma_t * (1.0 / sigma);
+        let mut tr = Rgb::ONE;
+        let absorbed = self.track(ray, t_max, sigma, rng, |_, ratio, rng| {
+            tr *= (Rgb::ONE - relative * ratio).clamp_negative();
+            let left = tr.max_component();
+            if left < ROULETTE_BELOW {
+                // The chance to go on is what is left, raised so that survivors are not too rare.
+                let p_survive = left.max(ROULETTE_BELOW * 0.5);
+                if rng.uniform() >= p_survive {
+                    return Some(());
+                }
+                tr *= 1.0 / p_survive;
+            }
+            None
+        });
+        if absorbed.is_some() { Rgb::BLACK } else { tr }
+    }
+}

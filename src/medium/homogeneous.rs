@@ -1,0 +1,90 @@
+//! Homogeneous medium. Scene-file manual (`MakeNamedMedium`, `"string type" "homogeneous"`):
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `spectrum sigma_a` | (0.0011, 0.0024, 0.014) | absorption per world unit |
+//! | `spectrum sigma_s` | (2.55, 3.21, 3.77) | scattering per world unit |
+//! | `string preset` | none | measured coefficients, in mm⁻¹ |
+//! | `float scale` | 1 | multiplies both |
+//! | `float g` | 0 | asymmetry of the Henyey–Greenstein phase function |
+
+use crate::medium::{MediumEvent, channel_weights};
+use crate::sampling::rng::Rng;
+use crate::scatter::HenyeyGreenstein;
+use crate::spectrum::Rgb;
+
+/// A medium with the same coefficients everywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Homogeneous {
+    sigma_t: Rgb,
+    sigma_s: Rgb,
+    /// Phase function.
+    pub phase: HenyeyGreenstein,
+}
+
+/// exp(−`sigma` · `t`) per channel, with 0 · ∞ = 0: where nothing is in the way, distance does not matter.
+#[inline]
+pub(super) fn beer_lambert(sigma: Rgb, t: f32) -> Rgb {
+    sigma.map(|s| if s == 0.0 { 1.0 } else { (-s * t).exp() })
+}
+
+impl Homogeneous {
+    /// Coefficients are non-negative and finite, per unit of render space.
+    pub fn new(sigma_a: Rgb, sigma_s: Rgb, phase: HenyeyGreenstein) -> Self {
+        Self {
+            sigma_t: sigma_a + sigma_s,
+            sigma_s,
+            phase,
+        }
+    }
+
+    pub(super) fn is_empty(&self) -> bool {
+        self.sigma_t.is_black()
+    }
+
+    pub(super) fn transmittance(&self, t_max: f32) -> Rgb {
+        beer_lambert(self.sigma_t, t_max)
+    }
+
+    /// Draws a distance by the extinction of one channel and weighs it by all of them (the balance heuristic over
+    /// channels; pbrt 3rd ed., section 15.2.1). A medium that only absorbs needs no dice.
+    pub(super) fn sample(&self, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
+        if self.sigma_s.is_black() {
+            return MediumEvent::Pass {
+                weight: self.transmittance(t_max),
+            };
+        }
+        let q = channel_weights(beta);
+        let u = rng.uniform();
+        let channel = if u < q.r() {
+            0
+        } else if u < q.r() + q.g() || q.b() == 0.0 {
+            1
+        } else {
+            2
+        };
+        // No extinction in that channel: the flight never ends.
+        let t = rng.exponential() / self.sigma_t[channel];
+        // Relative to the channel of least extinction, so that nothing underflows in thick media.
+        let excess = self.sigma_t - Rgb::splat(self.sigma_t.min_component());
+        if t < t_max {
+            let tr = beer_lambert(excess, t);
+            let pdf = dot(q, self.sigma_t * tr);
+            MediumEvent::Scatter {
+                t,
+                weight: self.sigma_s * tr * (1.0 / pdf),
+            }
+        } else {
+            let tr = beer_lambert(excess, t_max);
+            MediumEvent::Pass {
+                weight: tr * (1.0 / dot(q, tr)),
+            }
+        }
+    }
+}
+
+#[inline]
+fn dot(a: Rgb, b: Rgb) -> f32 {
+    let p = a * b;
+    p.r() + p.g() + p.b()
+}

@@ -1,0 +1,256 @@
+//! Local majorants: a coarse grid of upper bounds on density, walked cell by cell along a ray.
+//!
+//! One bright voxel then slows down only the rays that pass its neighbourhood, and empty cells cost one step.
+
+use glam::Vec3A;
+
+/// Upper bounds of a density field over the cells of a coarse grid.
+#[derive(Clone, Debug)]
+pub(super) struct MajorantGrid {
+    /// Upper bound in each cell, x fastest.
+    cells: Vec<f32>,
+    n: [u32; 3],
+    /// Size of the domain [0, size] in voxels.
+    size: Vec3A,
+    /// Largest of `cells`.
+    max: f32,
+}
+
+/// Edge length of a cell in voxels.
+pub(super) const CELL: usize = 4;
+
+impl MajorantGrid {
+    /// `bound(lo, hi)` bounds the field over the voxel-space box `lo..=hi`, with a margin that covers rounding of
+    /// positions along a ray; `n_voxels` is the size of the domain.
+    pub(super) fn new(n_voxels: [usize; 3], bound: impl Fn([usize; 3], [usize; 3]) -> f32) -> Self {
+        let n = n_voxels.map(|n| n.div_ceil(CELL));
+        let mut cells = Vec::with_capacity(n[0] * n[1] * n[2]);
+        for z in 0..n[2] {
+            for y in 0..n[1] {
+                for x in 0..n[0] {
+                    let lo = [x * CELL, y * CELL, z * CELL];
+                    let hi = [0, 1, 2].map(|axis| (lo[axis] + CELL).min(n_voxels[axis]));
+                    cells.push(bound(lo, hi));
+                }
+            }
+        }
+        let max = cells.iter().copied().fold(0.0, f32::max);
+        Self {
+            cells,
+            n: n.map(|n| n as u32),
+            size: Vec3A::new(n_voxels[0] as f32, n_voxels[1] as f32, n_voxels[2] as f32),
+            max,
+        }
+    }
+
+    pub(super) fn max(&self) -> f32 {
+        self.max
+    }
+
+    /// Walks the cells that the ray o + t d (voxel space, t in (0, `t_max`)) passes through.
+    #[inline]
+    pub(super) fn walk(&self, o: Vec3A, d: Vec3A, t_max: f32) -> Walk<'_> {
+        // Clip to the domain. Along an axis of no motion the ray is inside for ever or never.
+        let inverse_d = d.recip();
+        let (t_lo, t_hi) = (-o * inverse_d, (self.size - o) * inverse_d);
+        let (mut t0, mut t1) = (0.0f32, t_max);
+        for axis in 0..3 {
+            if d[axis] != 0.0 {
+                t0 = t0.max(t_lo[axis].min(t_hi[axis]));
+                t1 = t1.min(t_lo[axis].max(t_hi[axis]));
+            } else if !(0.0..=self.size[axis]).contains(&o[axis]) {
+                return Walk::nowhere(self);
+            }
+        }
+        if !(t0 < t1) {
+            return Walk::nowhere(self);
+        }
+        let mut walk = Walk {
+            t: t0,
+            t_end: t1,
+            done: false,
+            ..Walk::nowhere(self)
+        };
+        let start = o + d * t0;
+        let mut stride = 1i32;
+        for axis in 0..3 {
+            let n = self.n[axis];
+            let cell = ((start[axis] * (1.0 / CELL as f32)) as i32).clamp(0, n as i32 - 1);
+            let (step, first_border, steps_left) = if d[axis] > 0.0 {
+                (1, (cell + 1) * CELL as i32, n as i32 - cell)
+            } else {
+                (-1, cell * CELL as i32, cell + 1)
+            };
+            walk.index += cell * stride;
+            walk.stride[axis] = step * stride;
+            walk.steps_left[axis] = steps_left;
+            if d[axis] == 0.0 {
+                walk.t_border[axis] = f32::INFINITY;
+                walk.t_step[axis] = 0.0;
+            } else {
+                walk.t_border[axis] = (first_border as f32 - o[axis]) * inverse_d[axis];
+                walk.t_step[axis] = CELL as f32 * inverse_d[axis].abs();
+            }
+            stride *= n as i32;
+        }
+        walk
+    }
+}
+
+/// A stretch of a ray with a bound on density.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Segment {
+    pub(super) t0: f32,
+    pub(super) t1: f32,
+    pub(super) majorant: f32,
+}
+
+/// Iterator over the cells along a ray (Amanatides and Woo 1987). Takes at most as many steps as the grid has
+/// planes.
+pub(super) struct Walk<'a> {
+    grid: &'a MajorantGrid,
+    t: f32,
+    t_end: f32,
+    index: i32,
+    stride: [i32; 3],
+    steps_left: [i32; 3],
+    t_border: [f32; 3],
+    t_step: [f32; 3],
+    done: bool,
+}
+
+impl<'a> Walk<'a> {
+    fn nowhere(grid: &'a MajorantGrid) -> Self {
+        Self {
+            grid,
+            t: 0.0,
+            t_end: 0.0,
+            index: 0,
+            stride: [0; 3],
+            steps_left: [0; 3],
+            t_border: [0.0; 3],
+            t_step: [0.0; 3],
+            done: true,
+        }
+    }
+}
+
+impl Iterator for Walk<'_> {
+    type Item = Segment;
+
+    /// The next stretch with density in it, longer than nothing.
+    #[inline]
+    fn next(&mut self) -> Option<Segment> {
+        while !self.done {
+            let [bx, by, bz] = self.t_border;
+            let axis = if bx < by {
+                if bx < bz { 0 } else { 2 }
+            } else if by < bz {
+                1
+            } else {
+                2
+            };
+            let majorant = self.grid.cells[self.index as usize];
+            let (t0, t1) = (self.t, self.t_border[axis].min(self.t_end));
+            self.steps_left[axis] -= 1;
+            if self.t_border[axis] >= self.t_end || self.steps_left[axis] == 0 {
+                // The last cell lasts to the end, whatever rounding made of its border.
+                self.done = true;
+                if majorant > 0.0 && t0 < self.t_end {
+                    return Some(Segment {
+                        t0,
+                        t1: self.t_end,
+                        majorant,
+                    });
+                }
+                return None;
+            }
+            self.index += self.stride[axis];
+            self.t_border[axis] += self.t_step[axis];
+            if t1 > t0 {
+                self.t = t1;
+                if majorant > 0.0 {
+                    return Some(Segment { t0, t1, majorant });
+                }
+            }
+        }
+        None
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Rng;
+    use crate::sampling::warp::uniform_sphere;
+
+    #[test]
+    fn segments_cover_the_ray_inside_the_grid_and_lie_in_their_cells() {
+        // Each cell's majorant is its index + 1, so that a segment tells which cell it claims to be in.
+        let n_voxels = [17, 9, 30];
+        let n = n_voxels.map(|n: usize| n.div_ceil(CELL));
+        let grid = MajorantGrid::new(n_voxels, |lo, _| {
+            let [x, y, z] = lo.map(|v| v / CELL);
+            ((z * n[1] + y) * n[0] + x + 1) as f32
+        });
+        let size = Vec3A::new(17.0, 9.0, 30.0);
+        let mut rng = Rng::new(11);
+        for k in 0..20_000 {
+            let mut random = || Vec3A::new(rng.uniform(), rng.uniform(), rng.uniform());
+            let (mut o, target) = (random() * 3.0 * size - size, random() * size);
+            if k % 5 == 0 {
+                o = (o / CELL as f32).round() * CELL as f32; // On the planes between cells.
+            }
+            let mut d = if k % 2 == 0 {
+                target - o
+            } else {
+                uniform_sphere(rng.uniform2()).0
+            };
+            if k % 3 == 0 {
+                d[k % 2] = if k % 6 == 0 { 0.0 } else { -0.0 };
+            }
+            let d = d.normalize_or(Vec3A::X);
+            let t_max = if k % 7 == 0 {
+                f32::INFINITY
+            } else {
+                40.0 * rng.uniform()
+            };
+            let (mut near, mut far) = (0f64, t_max as f64);
+            for axis in 0..3 {
+                let (o, d, s) = (o[axis] as f64, d[axis] as f64, size[axis] as f64);
+                if d == 0.0 {
+                    if o < 0.0 || o > s {
+                        far = -1.0;
+                    }
+                    continue;
+                }
+                let (a, b) = (-o / d, (s - o) / d);
+                near = near.max(a.min(b));
+                far = far.min(a.max(b));
+            }
+            let mut length = 0.0;
+            let mut last = f32::NEG_INFINITY;
+            for segment in grid.walk(o, d, t_max) {
+                assert!(segment.t1 > segment.t0 && segment.t0 >= last);
+                last = segment.t1;
+                length += (segment.t1 - segment.t0) as f64;
+                let middle = o + d * (0.5 * (segment.t0 + segment.t1));
+                let index = segment.majorant as usize - 1;
+                let cell = [index % n[0], index / n[0] % n[1], index / (n[0] * n[1])];
+                for axis in 0..3 {
+                    let lo = (cell[axis] * CELL) as f32 - 1e-3;
+                    let hi = ((cell[axis] + 1) * CELL) as f32 + 1e-3;
+                    assert!(
+                        (lo..=hi).contains(&middle[axis]),
+                        "{o} {d}: {middle} not in {cell:?}"
+                    );
+                }
+            }
+            let expected = (far - near).max(0.0);
+            assert!(
+                (length - expected).abs() < 1e-3,
+                "{o} {d} {t_max}: {length} for {expected}"
+            );
+        }
+    }
+}

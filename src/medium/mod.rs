@@ -1,0 +1,93 @@
+//! Participating media: where along a ray light scatters, and how much arrives unscattered.
+//!
+//! Coefficients are per unit of render space. Knows no boundaries: the caller says where the medium ends.
+//! Media absorb and scatter; pbrt-v3's do not emit.
+
+pub mod grid;
+pub mod homogeneous;
+pub mod majorant;
+pub mod presets;
+
+use crate::math::Ray;
+use crate::sampling::rng::Rng;
+use crate::scatter::HenyeyGreenstein;
+use crate::spectrum::Rgb;
+pub use grid::{DensityGrid, GridMedium};
+pub use homogeneous::Homogeneous;
+
+/// A participating medium.
+#[derive(Clone, Debug)]
+pub enum Medium {
+    /// The same everywhere.
+    Homogeneous(Homogeneous),
+    /// Density on a grid.
+    Grid(GridMedium),
+}
+
+/// What happened to a path between two boundaries.
+#[derive(Clone, Copy, Debug)]
+pub enum MediumEvent {
+    /// It scattered at distance `t`, below the end of the segment.
+    Scatter {
+        /// Distance along the ray.
+        t: f32,
+        /// Throughput factor, albedo included.
+        weight: Rgb,
+    },
+    /// It reached the end of the segment.
+    Pass {
+        /// Throughput factor.
+        weight: Rgb,
+    },
+}
+
+impl Medium {
+    /// Phase function.
+    #[inline]
+    pub fn phase(&self) -> HenyeyGreenstein {
+        match self {
+            Self::Homogeneous(medium) => medium.phase,
+            Self::Grid(medium) => medium.phase,
+        }
+    }
+
+    /// Whether it neither absorbs nor scatters anywhere.
+    pub fn is_empty(&self) -> bool {
+        match self {
+            Self::Homogeneous(medium) => medium.is_empty(),
+            Self::Grid(medium) => medium.is_empty(),
+        }
+    }
+
+    /// Draws what happens to a path of throughput `beta` on the segment (0, `t_max`) of the ray; `t_max` may be ∞.
+    ///
+    /// Unbiased for each channel. `beta` decides only which channel guides the choice.
+    #[inline]
+    pub fn sample(&self, ray: &Ray, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
+        match self {
+            Self::Homogeneous(medium) => medium.sample(t_max, beta, rng),
+            Self::Grid(medium) => medium.sample(ray, t_max, beta, rng),
+        }
+    }
+
+    /// Unbiased estimate of the transmittance of the segment (0, `t_max`) of the ray; `t_max` may be ∞.
+    #[inline]
+    pub fn transmittance(&self, ray: &Ray, t_max: f32, rng: &mut Rng) -> Rgb {
+        match self {
+            Self::Homogeneous(medium) => medium.transmittance(t_max),
+            Self::Grid(medium) => medium.transmittance(ray, t_max, rng),
+        }
+    }
+}
+
+/// Probabilities with which the channels guide a choice for a path of throughput `beta`: in proportion to what each
+/// carries, so that the weights of a coloured medium stay bounded along the path.
+#[inline]
+fn channel_weights(beta: Rgb) -> Rgb {
+    let sum = beta.r() + beta.g() + beta.b();
+    if sum > 0.0 && sum.is_finite() {
+        beta * (1.0 / sum)
+    } else {
+        Rgb::splat(1.0 / 3.0)
+    }
+}

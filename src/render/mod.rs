@@ -1,0 +1,257 @@
+//! Rendering a picture: blocks of pixels on all threads, merged in one fixed order, with progress and cancellation.
+//!
+//! The picture is a function of the job alone: thread count and schedule never change a bit.
+
+use std::collections::BTreeMap;
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
+
+use crate::camera::{Camera, CameraSample};
+use crate::film::{Film, FilmBlock, FilmDesc};
+use crate::image::{Image, PixelRect};
+use crate::integrator::{Counters, Integrator};
+use crate::sampler::Sampler;
+use crate::world::World;
+
+/// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
+/// last bits of every picture.
+pub const SAMPLES_PER_PASS: u32 = 16;
+
+/// Blocks that may wait, per thread, for an earlier one to be merged.
+const PENDING_PER_THREAD: usize = 64;
+
+/// Everything a picture needs.
+#[derive(Debug)]
+pub struct Job {
+    /// The scene.
+    pub world: World,
+    /// The camera.
+    pub camera: Camera,
+    /// The film.
+    pub film: FilmDesc,
+    /// The algorithm.
+    pub integrator: Integrator,
+    /// Samples per pixel, at least 1.
+    pub spp: u32,
+    /// Seed of all random numbers.
+    pub seed: u64,
+    /// Draw film positions at pixel centres only.
+    pub pixel_centers: bool,
+    /// Pixels that receive samples; `None` for all.
+    pub pixel_bounds: Option<PixelRect>,
+}
+
+/// A finished or cancelled picture.
+#[derive(Clone, Debug)]
+pub struct Rendered {
+    /// The picture of the crop window.
+    pub image: Image,
+    /// What happened.
+    pub report: RenderReport,
+}
+
+/// What happened during rendering.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct RenderReport {
+    /// Camera samples taken.
+    pub samples: u64,
+    /// Samples whose radiance was not finite or negative; they were left out.
+    pub bad_samples: u64,
+    /// Pixel and sample number of the first of them, in merge order.
+    pub first_bad_sample: Option<([i32; 2], u32)>,
+    /// Events of the inner loop.
+    pub counters: Counters,
+    /// Rendering was stopped early.
+    pub cancelled: bool,
+}
+
+/// Someone who watches a picture grow.
+pub trait Progress: Sync {
+    /// `done` of `total` camera samples are taken.
+    fn samples_done(&self, done: u64, total: u64);
+}
+
+/// Nobody watches.
+pub struct Unwatched;
+
+impl Progress for Unwatched {
+    fn samples_done(&self, _done: u64, _total: u64) {}
+}
+
+/// One unit of work: the samples `first_sample..` of one pass in one block.
+struct Task {
+    block: PixelRect,
+    first_sample: u32,
+    n_samples: u32,
+}
+
+struct BlockResult {
+    film: FilmBlock,
+    report: RenderReport,
+}
+
+/// Hands out tasks and merges their results in the order of the tasks.
+struct Schedule {
+    next: usize,
+    merged: usize,
+    pending: BTreeMap<usize, BlockResult>,
+    film: Film,
+    report: RenderReport,
+}
+
+/// Renders on the current rayon thread pool. `cancel` stops it between blocks; what is finished then is returned.
+pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
+    let film = Film::new(job.film.clone());
+    let blocks = film.blocks();
+    let n_passes = job.spp.div_ceil(SAMPLES_PER_PASS) as usize;
+    let n_tasks = blocks.len() * n_passes;
+    let task = |index: usize| {
+        let first_sample = (index / blocks.len()) as u32 * SAMPLES_PER_PASS;
+        let n_samples = (job.spp - first_sample).min(SAMPLES_PER_PASS);
+        Task {
+            block: blocks[index % blocks.len()],
+            first_sample,
+            n_samples,
+        }
+    };
+    let bounds = film.sample_bounds();
+    let total = bounds.width as u64 * bounds.height as u64 * job.spp as u64;
+    let report = RenderReport::default();
+    let schedule = Mutex::new(Schedule {
+        next: 0,
+        merged: 0,
+        pending: BTreeMap::new(),
+        film,
+        report,
+    });
+    let merged_some = Condvar::new();
+    let n_threads = rayon::current_num_threads();
+    let max_pending = n_threads * PENDING_PER_THREAD;
+
+    let work = || {
+        loop {
+            let index = {
+                let mut schedule = lock(&schedule);
+                while schedule.next >= schedule.merged + max_pending && schedule.next < n_tasks {
+                    schedule = merged_some
+                        .wait(schedule)
+                        .unwrap_or_else(PoisonError::into_inner);
+                }
+                if schedule.next >= n_tasks || cancel.load(Ordering::Relaxed) {
+                    // Nobody may go on waiting for a merge that will not come.
+                    merged_some.notify_all();
+                    return;
+                }
+                schedule.next += 1;
+                schedule.next - 1
+            };
+            let result = render_block(job, &task(index));
+            let mut schedule = lock(&schedule);
+            schedule.pending.insert(index, result);
+            schedule.merge_ready();
+            merged_some.notify_all();
+            progress.samples_done(schedule.report.samples, total);
+        }
+    };
+    rayon::scope(|scope| {
+        for _ in 0..n_threads {
+            scope.spawn(|_| work());
+        }
+    });
+
+    let mut schedule = schedule
+        .into_inner()
+        .unwrap_or_else(PoisonError::into_inner);
+    schedule.report.cancelled = schedule.merged < n_tasks;
+    Rendered {
+        image: schedule.film.develop(),
+        report: schedule.report,
+    }
+}
+
+fn lock(schedule: &Mutex<Schedule>) -> MutexGuard<'_, Schedule> {
+    schedule.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+impl Schedule {
+    fn merge_ready(&mut self) {
+        while let Some(result) = self.pending.remove(&self.merged) {
+            self.merged += 1;
+            self.film.merge(&result.film);
+            self.report.add(&result.report);
+        }
+    }
+}
+
+impl RenderReport {
+    fn add(&mut self, other: &Self) {
+        self.samples += other.samples;
+        self.bad_samples += other.bad_samples;
+        self.first_bad_sample = self.first_bad_sample.or(other.first_bad_sample);
+        self.counters.add(&other.counters);
+    }
+}
+
+fn render_block(job: &Job, task: &Task) -> BlockResult {
+    let mut film = job.film.start_block(task.block);
+    let mut report = RenderReport::default();
+    let block = task.block;
+    for y in block.y0..block.y0 + block.height as i32 {
+        for x in block.x0..block.x0 + block.width as i32 {
+            if job.pixel_bounds.is_some_and(|bounds| !holds(&bounds, x, y)) {
+                continue;
+            }
+            for sample in task.first_sample..task.first_sample + task.n_samples {
+                report.samples += 1;
+                if !render_sample(job, [x, y], sample, &mut film, &mut report.counters) {
+                    report.bad_samples += 1;
+                    report.first_bad_sample.get_or_insert(([x, y], sample));
+                }
+            }
+        }
+    }
+    BlockResult { film, report }
+}
+
+fn holds(rect: &PixelRect, x: i32, y: i32) -> bool {
+    let inside = |v: i32, start: i32, length: usize| v >= start && ((v - start) as usize) < length;
+    inside(x, rect.x0, rect.width) && inside(y, rect.y0, rect.height)
+}
+
+/// Takes one sample. False if its radiance is no radiance; it is then left out.
+fn render_sample(
+    job: &Job,
+    pixel: [i32; 2],
+    sample: u32,
+    film: &mut FilmBlock,
+    counters: &mut Counters,
+) -> bool {
+    let mut sampler = Sampler::new(job.seed, pixel, sample);
+    let mut u = sampler.get_2d();
+    if job.pixel_centers {
+        u = [0.5; 2];
+    }
+    let camera_sample = CameraSample {
+        raster: job.film.position(pixel, u),
+        time: sampler.get_1d(),
+        lens: sampler.get_2d(),
+    };
+    let ray = job.camera.ray(&camera_sample);
+    let differential = job.world.facts().needs_footprint.then(|| {
+        // The footprint shrinks with the number of samples, as in pbrt-v3.
+        job.camera
+            .differential(&camera_sample, 1.0 / f64::from(job.spp).sqrt())
+    });
+    let radiance = job.integrator.li(
+        &job.world,
+        ray,
+        differential.as_ref(),
+        &mut sampler,
+        counters,
+    );
+    let is_good = radiance.is_finite() && radiance.luminance() >= 0.0;
+    if is_good {
+        film.add_sample(&job.film, camera_sample.raster, radiance, 1.0);
+    }
+    is_good
+}

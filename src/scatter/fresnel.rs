@@ -1,0 +1,63 @@
+//! Fresnel equations for unpolarised light.
+
+use crate::math::Vec3;
+
+/// Reflectance of a smooth dielectric. `cos_i` is signed: positive on the side of index `eta_outside`, negative on
+/// the side of `eta_inside`. 1 beyond the critical angle.
+pub fn dielectric(cos_i: f32, eta_outside: f32, eta_inside: f32) -> f32 {
+    let cos_i = cos_i.clamp(-1.0, 1.0);
+    let (eta_i, eta_t) = if cos_i > 0.0 {
+        (eta_outside, eta_inside)
+    } else {
+        (eta_inside, eta_outside)
+    };
+    let cos_i = cos_i.abs();
+    let sin2_t = (eta_i / eta_t).powi(2) * (1.0 - cos_i) * (1.0 + cos_i);
+    if sin2_t >= 1.0 {
+        return 1.0;
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    let parallel = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t);
+    let perpendicular = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t);
+    0.5 * (parallel * parallel + perpendicular * perpendicular)
+}
+
+/// The direction behind the interface of normal `n` (unit, on the side of `wi`) for light from `wi`;
+/// `eta` = index on the side of `wi` / index on the other. `None` under total internal reflection.
+pub fn refract(wi: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
+    let cos_i = n.dot(wi);
+    let sin2_i = ((1.0 - cos_i) * (1.0 + cos_i)).max(0.0);
+    let sin2_t = eta * eta * sin2_i;
+    if sin2_t >= 1.0 {
+        return None;
+    }
+    let cos_t = (1.0 - sin2_t).sqrt();
+    Some((-wi * eta + n * (eta * cos_i - cos_t)).normalize())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn glass_reflects_four_percent_head_on_and_everything_beyond_the_critical_angle() {
+        assert!((dielectric(1.0, 1.0, 1.5) - 0.04).abs() < 1e-6);
+        assert!((dielectric(-1.0, 1.0, 1.5) - 0.04).abs() < 1e-6);
+        let beyond = (1.0f32 / 1.5).asin() + 0.01;
+        assert_eq!(dielectric(-beyond.cos(), 1.0, 1.5), 1.0);
+        assert!(dielectric(0.5, 1.3, 1.3).abs() < 1e-12);
+    }
+
+    #[test]
+    fn refraction_obeys_snell_and_reverses() {
+        let n = Vec3::new(0.0, 0.0, 1.0);
+        for k in 1..90 {
+            let angle = (k as f32).to_radians();
+            let wi = Vec3::new(angle.sin(), 0.0, angle.cos());
+            let wt = refract(wi, n, 1.0 / 1.5).expect("no total reflection from outside");
+            assert!((wt.x().abs() * 1.5 - angle.sin()).abs() < 1e-6 && wt.z() < 0.0);
+            let back = refract(wt, -n, 1.5).expect("the way back exists");
+            assert!((back - wi).length() < 1e-3, "{k}: {back:?} {wi:?}");
+        }
+    }
+}

@@ -1,0 +1,83 @@
+//! Perfectly smooth interfaces: mirror and dielectric. Their densities are deltas, so they have no `f` and no `pdf`.
+
+use crate::math::Vec3;
+use crate::scatter::bsdf::TransportMode;
+use crate::scatter::fresnel;
+use crate::spectrum::Rgb;
+
+/// What a smooth interface did with a path.
+#[derive(Clone, Copy, Debug)]
+pub struct SpecularSample {
+    /// New direction in the shading frame.
+    pub wi: Vec3,
+    /// Throughput factor: f |cos| / probability.
+    pub weight: Rgb,
+    /// The path went through.
+    pub transmitted: bool,
+}
+
+/// Mirror reflection without Fresnel factor.
+#[derive(Clone, Copy, Debug)]
+pub struct Mirror {
+    /// Reflectance.
+    pub kr: Rgb,
+}
+
+impl Mirror {
+    /// The mirrored direction.
+    pub fn sample(&self, wo: Vec3) -> SpecularSample {
+        SpecularSample {
+            wi: Vec3::new(-wo.x(), -wo.y(), wo.z()),
+            weight: self.kr,
+            transmitted: false,
+        }
+    }
+}
+
+/// Smooth boundary between vacuum (+z side) and a medium of index `eta`: reflection and refraction by Fresnel.
+#[derive(Clone, Copy, Debug)]
+pub struct SmoothDielectric {
+    /// Tint of the reflected part.
+    pub kr: Rgb,
+    /// Tint of the refracted part.
+    pub kt: Rgb,
+    /// Index of refraction on the −z side relative to the +z side, positive.
+    pub eta: f32,
+}
+
+impl SmoothDielectric {
+    /// Reflects or refracts. The choice follows the energy each way carries; `u` decides.
+    pub fn sample(&self, wo: Vec3, u: f32, mode: TransportMode) -> Option<SpecularSample> {
+        let reflectance = fresnel::dielectric(wo.z(), 1.0, self.eta);
+        let (reflected, refracted) = (self.kr * reflectance, self.kt * (1.0 - reflectance));
+        let (r, t) = (reflected.max_component(), refracted.max_component());
+        if r + t <= 0.0 {
+            return None;
+        }
+        let p_reflect = r / (r + t);
+        if u < p_reflect {
+            let mirrored = Vec3::new(-wo.x(), -wo.y(), wo.z());
+            return Some(SpecularSample {
+                wi: mirrored,
+                weight: reflected * (1.0 / p_reflect),
+                transmitted: false,
+            });
+        }
+        let entering = wo.z() > 0.0;
+        let eta = if entering { 1.0 / self.eta } else { self.eta };
+        let n = Vec3::new(0.0, 0.0, if entering { 1.0 } else { -1.0 });
+        let wi = fresnel::refract(wo, n, eta)?;
+        // Radiance is compressed into the cone of the denser side (pbrt 3rd ed., section 16.1.3).
+        let compression = if mode == TransportMode::Radiance {
+            eta * eta
+        } else {
+            1.0
+        };
+        let weight = refracted * (compression / (1.0 - p_reflect));
+        Some(SpecularSample {
+            wi,
+            weight,
+            transmitted: true,
+        })
+    }
+}

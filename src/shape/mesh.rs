@@ -1,0 +1,198 @@
+//! Triangle meshes. Vertices are in render space; scene-file manual: `trianglemesh`, `plymesh`.
+
+use glam::DVec3;
+
+use crate::math::error::gamma;
+use crate::math::{Bounds3, Frame, Normal3, Point3, Vec3};
+use crate::sampling::warp::uniform_triangle;
+use crate::shape::{ElementHit, RayShear, ShapeSample, SurfacePoint, area_to_solid_angle};
+
+/// An indexed triangle mesh with optional per-vertex attributes.
+#[derive(Clone, Debug, Default)]
+pub struct Mesh {
+    /// Vertex positions.
+    pub positions: Vec<[f32; 3]>,
+    /// Vertex indices of each triangle, all below `positions.len()`.
+    pub triangles: Vec<[u32; 3]>,
+    /// Normal of each vertex, of any length, or nothing.
+    pub normals: Vec<[f32; 3]>,
+    /// Tangent of each vertex, of any length, or nothing.
+    pub tangents: Vec<[f32; 3]>,
+    /// Surface parameters of each vertex, or nothing.
+    pub uvs: Vec<[f32; 2]>,
+    /// `ReverseOrientation` was on.
+    pub reverse_orientation: bool,
+    /// The transform to world space mirrors.
+    pub swaps_handedness: bool,
+}
+
+impl Mesh {
+    /// Number of triangles.
+    pub fn n_triangles(&self) -> usize {
+        self.triangles.len()
+    }
+
+    #[inline]
+    fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
+        self.triangles[triangle as usize].map(|v| self.positions[v as usize])
+    }
+
+    /// Twice the area times the unit normal, in f64: neither tiny nor huge triangles under- or overflow.
+    fn area_normal(&self, triangle: u32) -> DVec3 {
+        let [p0, p1, p2] = self
+            .corners(triangle)
+            .map(|p| DVec3::from(p.map(f64::from)));
+        (p0 - p2).cross(p1 - p2)
+    }
+
+    /// Box around a triangle; empty if its area is zero or a vertex is not finite.
+    pub fn bounds(&self, triangle: u32) -> Bounds3 {
+        let n = self.area_normal(triangle);
+        if n == DVec3::ZERO || !n.is_finite() {
+            return Bounds3::EMPTY;
+        }
+        self.corners(triangle)
+            .into_iter()
+            .fold(Bounds3::EMPTY, |b, p| b.with_point(p.into()))
+    }
+
+    /// Area of a triangle.
+    pub fn area(&self, triangle: u32) -> f64 {
+        0.5 * self.area_normal(triangle).length()
+    }
+
+    /// See [`RayShear::intersect`].
+    #[inline]
+    pub fn intersect(&self, triangle: u32, shear: &RayShear, t_max: f32) -> Option<ElementHit> {
+        shear.intersect(self.corners(triangle), t_max)
+    }
+
+    /// The geometric normal, before orientation, as a unit vector.
+    fn face_normal(&self, triangle: u32) -> DVec3 {
+        self.area_normal(triangle).normalize_or_zero()
+    }
+
+    /// Oriented geometric and shading normal at a point of a triangle.
+    ///
+    /// Where vertex normals exist they decide the side (negated by `ReverseOrientation`) and a mirroring
+    /// transform has no further say; otherwise the winding does.
+    fn oriented_normals(&self, triangle: u32, b: [f64; 3]) -> (DVec3, DVec3) {
+        let face = self.face_normal(triangle);
+        if let Some(n) = self
+            .interpolate(&self.normals, triangle, b)
+            .and_then(DVec3::try_normalize)
+        {
+            let ns = if self.reverse_orientation { -n } else { n };
+            return (if face.dot(ns) < 0.0 { -face } else { face }, ns);
+        }
+        let ng = if self.reverse_orientation != self.swaps_handedness {
+            -face
+        } else {
+            face
+        };
+        (ng, ng)
+    }
+
+    fn interpolate(&self, attribute: &[[f32; 3]], triangle: u32, b: [f64; 3]) -> Option<DVec3> {
+        if attribute.is_empty() {
+            return None;
+        }
+        let [a0, a1, a2] = self.triangles[triangle as usize]
+            .map(|v| DVec3::from(attribute[v as usize].map(f64::from)));
+        Some(a0 * b[0] + a1 * b[1] + a2 * b[2])
+    }
+
+    fn corner_uvs(&self, triangle: u32) -> [[f32; 2]; 3] {
+        if self.uvs.is_empty() {
+            [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0]]
+        } else {
+            self.triangles[triangle as usize].map(|v| self.uvs[v as usize])
+        }
+    }
+
+    /// Surface parameters at a point of a triangle.
+    pub fn uv(&self, triangle: u32, barycentric: [f32; 2]) -> [f32; 2] {
+        let [uv0, uv1, uv2] = self.corner_uvs(triangle);
+        let [b0, b1] = barycentric;
+        let b2 = 1.0 - b0 - b1;
+        [0, 1].map(|k| b0 * uv0[k] + b1 * uv1[k] + b2 * uv2[k])
+    }
+
+    /// The surface at a point of a triangle.
+    pub fn surface(&self, triangle: u32, barycentric: [f32; 2]) -> SurfacePoint {
+        let [b0, b1] = barycentric.map(f64::from);
+        let b = [b0, b1, 1.0 - b0 - b1];
+        let (p, p_err) = self.point(triangle, b);
+        let (ng, ns) = self.oriented_normals(triangle, b);
+
+        // Solve for the derivatives by (u, v): dp = dpdu du + dpdv dv along two edges.
+        let [uv0, uv1, uv2] = self.corner_uvs(triangle).map(|uv| uv.map(f64::from));
+        let (du02, du12) = (uv0[0] - uv2[0], uv1[0] - uv2[0]);
+        let (dv02, dv12) = (uv0[1] - uv2[1], uv1[1] - uv2[1]);
+        let det = du02 * dv12 - dv02 * du12;
+        let by_uv = |a: [DVec3; 3]| {
+            let (d02, d12) = (a[0] - a[2], a[1] - a[2]);
+            (
+                (d02 * dv12 - d12 * dv02) / det,
+                (d12 * du02 - d02 * du12) / det,
+            )
+        };
+        let corners = self
+            .corners(triangle)
+            .map(|p| DVec3::from(p.map(f64::from)));
+        let (mut dpdu, mut dpdv) = by_uv(corners);
+        let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
+        if det == 0.0 || !dpdu.is_finite() || !dpdv.is_finite() || dpdu.cross(dpdv) == DVec3::ZERO {
+            let frame = Frame::from_z(Vec3::from_f64(self.face_normal(triangle)));
+            (dpdu, dpdv) = (frame.s.to_f64(), frame.t.to_f64());
+        } else if !self.normals.is_empty() {
+            let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
+            let [n0, n1, n2] = self.triangles[triangle as usize].map(|v| {
+                DVec3::from(self.normals[v as usize].map(f64::from)).normalize_or_zero() * sign
+            });
+            (dndu, dndv) = by_uv([n0, n1, n2]);
+        }
+        let tangent = self
+            .interpolate(&self.tangents, triangle, b)
+            .filter(|s| *s != DVec3::ZERO && s.is_finite())
+            .unwrap_or(dpdu);
+        SurfacePoint {
+            p,
+            p_err,
+            ng: Normal3::from_f64(ng),
+            ns: Normal3::from_f64(ns),
+            uv: self.uv(triangle, barycentric),
+            dpdu: Vec3::from_f64(dpdu),
+            dpdv: Vec3::from_f64(dpdv),
+            tangent: Vec3::from_f64(tangent),
+            dndu: Vec3::from_f64(dndu),
+            dndv: Vec3::from_f64(dndv),
+        }
+    }
+
+    /// The point with the given weights, and its error bound.
+    fn point(&self, triangle: u32, b: [f64; 3]) -> (Point3, Vec3) {
+        let corners = self
+            .corners(triangle)
+            .map(|p| DVec3::from(p.map(f64::from)));
+        let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
+        // The weights carry the rounding of the edge functions (γ(7) covers it and the final rounding to f32).
+        let spread = corners[0].abs() * b[0] + corners[1].abs() * b[1] + corners[2].abs() * b[2];
+        (Point3::from_f64(p), Vec3::from_f64(spread.abs()) * gamma(7))
+    }
+
+    /// See [`crate::shape::Shape::sample_toward`]: uniform by area.
+    pub fn sample_toward(&self, triangle: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
+        let [b0, b1] = uniform_triangle(u).map(f64::from);
+        let b = [b0, b1, 1.0 - b0 - b1];
+        let (p, p_err) = self.point(triangle, b);
+        let ng = Normal3::from_f64(self.oriented_normals(triangle, b).0);
+        let pdf_w = area_to_solid_angle(from, p, ng, 1.0 / self.area(triangle));
+        (pdf_w > 0.0).then_some(ShapeSample {
+            p,
+            p_err,
+            ng,
+            pdf_w,
+        })
+    }
+}

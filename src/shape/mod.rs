@@ -1,0 +1,149 @@
+//! Shapes in render space: where a ray meets them, what the surface is like there, and how to draw points on
+//! them toward a receiver. Knows no materials, no media and no parameter names.
+
+pub mod mesh;
+pub mod ply;
+pub mod quadric;
+pub mod triangle;
+
+use glam::DVec3;
+
+use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
+pub use mesh::Mesh;
+pub use quadric::Quadric;
+pub use triangle::RayShear;
+
+/// A shape: one scene-file directive, made of one or more elements (triangles of a mesh).
+#[derive(Clone, Debug)]
+pub enum Shape {
+    /// An indexed triangle mesh.
+    Mesh(Mesh),
+    /// A surface of second degree.
+    Quadric(Quadric),
+}
+
+/// A ray's meeting with one element of a shape.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct ElementHit {
+    /// Distance along the ray, positive.
+    pub t: f32,
+    /// Weights of the first two vertices for a triangle; unused by quadrics.
+    pub barycentric: [f32; 2],
+}
+
+/// The local geometry of a surface point, in render space.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfacePoint {
+    /// The point.
+    pub p: Point3,
+    /// Half extents of a box around `p` that holds the exact point.
+    pub p_err: Vec3,
+    /// Geometric normal, unit, on the side emission leaves from and `outside` media lie on.
+    pub ng: Normal3,
+    /// Shading normal, unit, on the same side as `ng`.
+    pub ns: Normal3,
+    /// Surface parameters.
+    pub uv: [f32; 2],
+    /// Derivative of position by `u`.
+    pub dpdu: Vec3,
+    /// Derivative of position by `v`.
+    pub dpdv: Vec3,
+    /// Tangent that orients the shading frame; not perpendicular to `ns` in general.
+    pub tangent: Vec3,
+    /// Derivative of the shading normal by `u`.
+    pub dndu: Vec3,
+    /// Derivative of the shading normal by `v`.
+    pub dndv: Vec3,
+}
+
+/// A point drawn on a shape as seen from a receiver.
+#[derive(Clone, Copy, Debug)]
+pub struct ShapeSample {
+    /// The point.
+    pub p: Point3,
+    /// Half extents of a box around `p` that holds the exact point.
+    pub p_err: Vec3,
+    /// Normal as in [`SurfacePoint::ng`].
+    pub ng: Normal3,
+    /// Density in sr⁻¹ at the receiver, positive and finite.
+    pub pdf_w: f32,
+}
+
+impl Shape {
+    /// Number of elements, the units of intersection and of light sampling.
+    pub fn n_elements(&self) -> usize {
+        match self {
+            Self::Mesh(mesh) => mesh.n_triangles(),
+            Self::Quadric(_) => 1,
+        }
+    }
+
+    /// Box around one element; empty for an element without area.
+    pub fn bounds(&self, element: u32) -> Bounds3 {
+        match self {
+            Self::Mesh(mesh) => mesh.bounds(element),
+            Self::Quadric(quadric) => quadric.bounds(),
+        }
+    }
+
+    /// Area of one element.
+    pub fn area(&self, element: u32) -> f64 {
+        match self {
+            Self::Mesh(mesh) => mesh.area(element),
+            Self::Quadric(quadric) => quadric.area(),
+        }
+    }
+
+    /// The nearest meeting of the ray with one element in (0, `t_max`).
+    #[inline]
+    pub fn intersect(
+        &self,
+        element: u32,
+        ray: &Ray,
+        shear: &RayShear,
+        t_max: f32,
+    ) -> Option<ElementHit> {
+        match self {
+            Self::Mesh(mesh) => mesh.intersect(element, shear, t_max),
+            Self::Quadric(quadric) => quadric.intersect(ray, t_max).map(|t| ElementHit {
+                t,
+                barycentric: [0.0; 2],
+            }),
+        }
+    }
+
+    /// The surface where `ray` met an element.
+    pub fn surface(&self, element: u32, ray: &Ray, hit: &ElementHit) -> SurfacePoint {
+        match self {
+            Self::Mesh(mesh) => mesh.surface(element, hit.barycentric),
+            Self::Quadric(quadric) => quadric.surface(ray, hit.t),
+        }
+    }
+
+    /// Draws a point of one element for a receiver at `from`. `None` for an element without area, or where the
+    /// density is not finite (the receiver lies in the element's plane).
+    pub fn sample_toward(&self, element: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
+        match self {
+            Self::Mesh(mesh) => mesh.sample_toward(element, from, u),
+            Self::Quadric(quadric) => quadric.sample_toward(from, u),
+        }
+    }
+
+    /// Density in sr⁻¹ with which [`Shape::sample_toward`] draws the point `p` with normal `ng` for a receiver
+    /// at `from`.
+    pub fn pdf_toward(&self, element: u32, from: Point3, p: Point3, ng: Normal3) -> f32 {
+        match self {
+            Self::Mesh(mesh) => area_to_solid_angle(from, p, ng, 1.0 / mesh.area(element)),
+            Self::Quadric(quadric) => quadric.pdf_toward(from, p, ng),
+        }
+    }
+}
+
+/// Turns a density per area at `p` into one per solid angle at `from`: × d² / cos. 0 where that is not finite.
+fn area_to_solid_angle(from: Point3, p: Point3, ng: Normal3, pdf_a: f64) -> f32 {
+    let w: DVec3 = p.to_f64() - from.to_f64();
+    let d2 = w.length_squared();
+    let cos = ng.to_f64().dot(w).abs() / d2.sqrt();
+    let pdf_w = (pdf_a * d2 / cos) as f32;
+    if pdf_w.is_finite() { pdf_w } else { 0.0 }
+}

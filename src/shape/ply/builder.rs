@@ -1,0 +1,215 @@
+//! What every reader feeds: collects vertices and faces, cuts faces into triangles, and checks the whole at the end.
+
+use glam::DVec3;
+
+use super::header::Header;
+use super::{PlyMesh, PlyWarning};
+
+/// A mesh in the making.
+pub(super) struct Builder {
+    /// What there is so far.
+    pub(super) mesh: PlyMesh,
+    n_vertices: u32,
+    has_normals: bool,
+    has_uvs: bool,
+    has_faces: bool,
+    has_face_indices: bool,
+    /// Faces read so far.
+    n_faces: usize,
+    short_faces: Tally,
+    /// Faces of five or more corners: face, first triangle, number of triangles.
+    polygons: Vec<(usize, usize, usize)>,
+    /// Scratch of [`Builder::face_of_numbers`].
+    corners: Vec<u32>,
+}
+
+/// How many, and which was the first.
+#[derive(Default)]
+struct Tally {
+    count: usize,
+    first: usize,
+}
+
+impl Tally {
+    fn add(&mut self, index: usize) {
+        if self.count == 0 {
+            self.first = index;
+        }
+        self.count += 1;
+    }
+
+    /// Counts the items for which `is_odd`, after a fast look whether there are any.
+    fn of<T>(items: &[T], is_odd: impl Fn(&T) -> bool) -> Self {
+        let mut tally = Self::default();
+        let odd = items.iter().enumerate().filter(|(_, item)| is_odd(item));
+        odd.for_each(|(index, _)| tally.add(index));
+        tally
+    }
+
+    fn warning(self, warning: impl Fn(usize, usize) -> PlyWarning) -> Option<PlyWarning> {
+        (self.count > 0).then(|| warning(self.count, self.first))
+    }
+}
+
+impl Builder {
+    /// An empty mesh for what the header declares. Reserves nothing: counts are not to be trusted.
+    pub(super) fn new(header: &Header) -> Self {
+        Self {
+            mesh: PlyMesh::default(),
+            n_vertices: header.n_vertices,
+            has_normals: header.has_normals,
+            has_uvs: header.has_uvs,
+            has_faces: header.has_faces,
+            has_face_indices: header.has_face_indices,
+            n_faces: 0,
+            short_faces: Tally::default(),
+            polygons: Vec::new(),
+            corners: Vec::new(),
+        }
+    }
+
+    /// Adds a vertex: x y z, nx ny nz, u v.
+    pub(super) fn vertex(&mut self, [x, y, z, nx, ny, nz, u, v]: [f32; 8]) {
+        self.mesh.positions.push([x, y, z]);
+        if self.has_normals {
+            self.mesh.normals.push([nx, ny, nz]);
+        }
+        if self.has_uvs {
+            self.mesh.uvs.push([u, v]);
+        }
+    }
+
+    /// Adds a face whose corners may be anything.
+    pub(super) fn face_of_numbers(
+        &mut self,
+        numbers: &[f64],
+        face_index: f64,
+    ) -> Result<(), String> {
+        let mut corners = std::mem::take(&mut self.corners);
+        corners.clear();
+        for &number in numbers {
+            corners.push(self.corner(number)?);
+        }
+        self.face(&corners, face_index as i32);
+        self.corners = corners;
+        Ok(())
+    }
+
+    /// A corner of the next face, checked to be a vertex.
+    pub(super) fn corner(&self, index: f64) -> Result<u32, String> {
+        if index >= 0.0 && index < f64::from(self.n_vertices) && index.fract() == 0.0 {
+            Ok(index as u32)
+        } else {
+            Err(format!(
+                "face {} uses vertex {index}, but there are {} vertices",
+                self.n_faces, self.n_vertices
+            ))
+        }
+    }
+
+    /// Adds a face with corners that [`Builder::corner`] checked.
+    ///
+    /// A quad becomes (0, 1, 2) and (3, 0, 2) as in pbrt-v3, which gives each half the corner order, and so the
+    /// parametrisation, of the reference. Other polygons become a fan around their first corner.
+    pub(super) fn face(&mut self, corners: &[u32], face_index: i32) {
+        let first = self.mesh.triangles.len();
+        match *corners {
+            [] | [_] | [_, _] => self.short_faces.add(self.n_faces),
+            [a, b, c] => self.mesh.triangles.push([a, b, c]),
+            [a, b, c, d] => self.mesh.triangles.extend([[a, b, c], [d, a, c]]),
+            [a, ref rest @ ..] => {
+                let fan = rest.windows(2).map(|edge| [a, edge[0], edge[1]]);
+                self.mesh.triangles.extend(fan);
+                self.polygons.push((self.n_faces, first, rest.len() - 1));
+            }
+        }
+        if self.has_face_indices {
+            let n = self.mesh.triangles.len();
+            self.mesh.face_indices.resize(n, face_index);
+        }
+        self.n_faces += 1;
+    }
+
+    /// Checks what can be checked only now, and hands over the mesh.
+    pub(super) fn finish(mut self) -> PlyMesh {
+        let mut warnings = Vec::new();
+        if !self.has_faces {
+            warnings.push(PlyWarning::NoFaces);
+        }
+        let short_faces = |count, first| PlyWarning::ShortFaces { count, first };
+        warnings.extend(self.short_faces.warning(short_faces));
+        warnings.extend(
+            folded(&self.mesh, &self.polygons)
+                .warning(|count, first| PlyWarning::FoldedPolygons { count, first }),
+        );
+        warnings.extend(drop_non_finite(&mut self.mesh));
+
+        let is_usable = |n: &[f32; 3]| n.iter().all(|x| x.is_finite()) && *n != [0.0; 3];
+        let unusable = Tally::of(&self.mesh.normals, |n| !is_usable(n));
+        if unusable.count > 0 {
+            let normals = self.mesh.normals.iter_mut();
+            normals
+                .filter(|n| !is_usable(n))
+                .for_each(|n| *n = [0.0; 3]);
+        }
+        warnings
+            .extend(unusable.warning(|count, first| PlyWarning::UnusableNormals { count, first }));
+
+        let is_finite = |uv: &[f32; 2]| uv.iter().all(|x| x.is_finite());
+        let non_finite = Tally::of(&self.mesh.uvs, |uv| !is_finite(uv));
+        if non_finite.count > 0 {
+            let uvs = self.mesh.uvs.iter_mut();
+            uvs.filter(|uv| !is_finite(uv))
+                .for_each(|uv| *uv = [0.0; 2]);
+        }
+        warnings
+            .extend(non_finite.warning(|count, first| PlyWarning::NonFiniteUvs { count, first }));
+
+        self.mesh.warnings = warnings;
+        self.mesh
+    }
+}
+
+/// Drops the triangles that use a vertex that is not finite.
+fn drop_non_finite(mesh: &mut PlyMesh) -> Option<PlyWarning> {
+    let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
+    let odd = Tally::of(&mesh.positions, |p| !is_finite(p));
+    if odd.count == 0 {
+        return None;
+    }
+    let positions = &mesh.positions;
+    let is_kept = |t: &[u32; 3]| t.iter().all(|&i| is_finite(&positions[i as usize]));
+    let n_before = mesh.triangles.len();
+    if !mesh.face_indices.is_empty() {
+        let mut triangles = mesh.triangles.iter();
+        mesh.face_indices
+            .retain(|_| triangles.next().is_some_and(is_kept));
+    }
+    mesh.triangles.retain(is_kept);
+    let dropped = n_before - mesh.triangles.len();
+    odd.warning(|count, first| PlyWarning::NonFiniteVertices {
+        count,
+        first,
+        dropped,
+    })
+}
+
+/// The polygons whose fan folds back on itself: a triangle faces away from the polygon's area vector.
+///
+/// Convex polygons never do, nor do those that are star-shaped around their first corner, which a fan tiles too.
+fn folded(mesh: &PlyMesh, polygons: &[(usize, usize, usize)]) -> Tally {
+    let mut tally = Tally::default();
+    for &(face, first, n) in polygons {
+        let triangles = &mesh.triangles[first..first + n];
+        let area_vector = |triangle: &[u32; 3]| {
+            let [a, b, c] =
+                triangle.map(|i| DVec3::from(mesh.positions[i as usize].map(f64::from)));
+            (b - a).cross(c - a)
+        };
+        let whole: DVec3 = triangles.iter().map(area_vector).sum();
+        if triangles.iter().any(|t| area_vector(t).dot(whole) < 0.0) {
+            tally.add(face);
+        }
+    }
+    tally
+}

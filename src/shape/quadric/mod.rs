@@ -1,0 +1,288 @@
+//! Surfaces of second degree, placed by a transform. All arithmetic is f64 in object space: these shapes are few,
+//! and a ground sphere of radius 10⁸ must be as smooth as a marble.
+
+pub mod disk;
+pub mod sphere;
+
+use glam::DVec3;
+
+use crate::math::error::EPSILON;
+use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Transform, Vec3};
+use crate::shape::{ShapeSample, SurfacePoint, area_to_solid_angle};
+pub use disk::Disk;
+pub use sphere::Sphere;
+
+/// Relative deviation below which a transform counts as a similarity: it comes from composing rotations in f64.
+const SIMILARITY_TOLERANCE: f64 = 1e-9;
+
+/// The equation of a quadric in object space.
+#[derive(Clone, Copy, Debug)]
+pub enum Form {
+    /// Sphere around the origin.
+    Sphere(Sphere),
+    /// Disk perpendicular to z.
+    Disk(Disk),
+}
+
+/// A point of a form, in object space.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FormPoint {
+    /// The point, moved exactly onto the form.
+    pub(crate) p: DVec3,
+    /// Unit normal, along ∂p/∂u × ∂p/∂v.
+    pub(crate) n: DVec3,
+    pub(crate) uv: [f64; 2],
+    pub(crate) dpdu: DVec3,
+    pub(crate) dpdv: DVec3,
+    pub(crate) dndu: DVec3,
+    pub(crate) dndv: DVec3,
+}
+
+impl Form {
+    fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {
+        match self {
+            Self::Sphere(sphere) => sphere.intersect(o, d, t_max),
+            Self::Disk(disk) => disk.intersect(o, d, t_max),
+        }
+    }
+
+    fn point(&self, p: DVec3) -> FormPoint {
+        match self {
+            Self::Sphere(sphere) => sphere.point(p),
+            Self::Disk(disk) => disk.point(p),
+        }
+    }
+
+    /// Area in object space.
+    fn area(&self) -> f64 {
+        match self {
+            Self::Sphere(sphere) => sphere.area(),
+            Self::Disk(disk) => disk.area(),
+        }
+    }
+
+    /// A point and its normal, uniform by object-space area.
+    fn sample_area(&self, u: [f64; 2]) -> (DVec3, DVec3) {
+        match self {
+            Self::Sphere(sphere) => sphere.sample_area(u),
+            Self::Disk(disk) => disk.sample_area(u),
+        }
+    }
+
+    /// The eight corners of the box around it in object space.
+    pub fn corners(&self) -> impl Iterator<Item = DVec3> + use<> {
+        let [lo, hi] = self.bounds();
+        (0..8).map(move |corner| {
+            let pick = |axis: usize| {
+                if corner >> axis & 1 == 0 {
+                    lo[axis]
+                } else {
+                    hi[axis]
+                }
+            };
+            DVec3::new(pick(0), pick(1), pick(2))
+        })
+    }
+
+    /// Smallest and largest coordinates in object space.
+    fn bounds(&self) -> [DVec3; 2] {
+        match self {
+            Self::Sphere(sphere) => sphere.bounds(),
+            Self::Disk(disk) => disk.bounds(),
+        }
+    }
+}
+
+/// A quadric in render space.
+#[derive(Clone, Copy, Debug)]
+pub struct Quadric {
+    form: Form,
+    render_from_object: Transform,
+    /// The normal is the negative of ∂p/∂u × ∂p/∂v, both in object space.
+    flip_normal: bool,
+    /// Scale of the transform, when it is a similarity.
+    uniform_scale: Option<f64>,
+    /// Area in render space.
+    area: f64,
+}
+
+impl Quadric {
+    /// Places a form. The normal is flipped if exactly one of `reverse_orientation` and a mirroring transform
+    /// holds, as pbrt-v3 does in object space: a mirrored sphere therefore has its normal inside.
+    pub fn new(form: Form, render_from_object: Transform, reverse_orientation: bool) -> Self {
+        let flip_normal = reverse_orientation != render_from_object.swaps_handedness();
+        let uniform_scale = render_from_object.uniform_scale(SIMILARITY_TOLERANCE);
+        let mut quadric = Self {
+            form,
+            render_from_object,
+            flip_normal,
+            uniform_scale,
+            area: 0.0,
+        };
+        quadric.area = match uniform_scale {
+            Some(scale) => form.area() * scale * scale,
+            None => {
+                // Mean stretch over a grid of area-uniform points.
+                const N: usize = 64;
+                let stretch = |k: usize| {
+                    let u = [(k % N) as f64 + 0.5, (k / N) as f64 + 0.5].map(|x| x / N as f64);
+                    quadric.area_stretch(form.sample_area(u).1)
+                };
+                form.area() * (0..N * N).map(stretch).sum::<f64>() / (N * N) as f64
+            }
+        };
+        quadric
+    }
+
+    /// Factor by which the transform stretches area where the object-space unit normal is `n`.
+    fn area_stretch(&self, n: DVec3) -> f64 {
+        self.render_from_object.determinant().abs() * self.render_from_object.normal(n).length()
+    }
+
+    /// Area in render space.
+    pub fn area(&self) -> f64 {
+        self.area
+    }
+
+    /// Box around it; empty if it has no area.
+    pub fn bounds(&self) -> Bounds3 {
+        if !(self.area > 0.0 && self.area.is_finite()) {
+            return Bounds3::EMPTY;
+        }
+        let mut bounds = Bounds3::EMPTY;
+        for corner in self.form.corners() {
+            let p = self.render_from_object.point(corner).as_vec3a();
+            // Rounded outward, so that the f32 box holds the f64 one.
+            let down = Point3::new(p.x.next_down(), p.y.next_down(), p.z.next_down());
+            let up = Point3::new(p.x.next_up(), p.y.next_up(), p.z.next_up());
+            bounds = bounds.with_point(down).with_point(up);
+        }
+        bounds
+    }
+
+    fn object_ray(&self, ray: &Ray) -> (DVec3, DVec3) {
+        let object_from_render = self.render_from_object.inverse();
+        (
+            object_from_render.point(ray.o.to_f64()),
+            object_from_render.vector(ray.d.to_f64()),
+        )
+    }
+
+    /// Distance to the nearest meeting in (0, `t_max`).
+    pub fn intersect(&self, ray: &Ray, t_max: f32) -> Option<f32> {
+        let (o, d) = self.object_ray(ray);
+        let t = self.form.intersect(o, d, t_max as f64)? as f32;
+        (t > 0.0 && t < t_max).then_some(t)
+    }
+
+    /// The surface where `ray` met it at distance `t`.
+    pub fn surface(&self, ray: &Ray, t: f32) -> SurfacePoint {
+        let (o, d) = self.object_ray(ray);
+        let at = self.form.point(o + d * t as f64);
+        let (p, p_err) = self.render_point(at.p);
+        let ng = self.render_normal(at.n);
+        let vector = |v: DVec3| Vec3::from_f64(self.render_from_object.vector(v));
+        let sign = if self.flip_normal { -1.0 } else { 1.0 };
+        let normal = |n: DVec3| Vec3::from_f64(self.render_from_object.normal(n) * sign);
+        let mut dpdu = vector(at.dpdu);
+        if dpdu.length_squared() == 0.0 {
+            dpdu = Frame::from_z(ng.into()).s; // A pole.
+        }
+        SurfacePoint {
+            p,
+            p_err,
+            ng,
+            ns: ng,
+            uv: at.uv.map(|x| x as f32),
+            dpdu,
+            dpdv: vector(at.dpdv),
+            tangent: dpdu,
+            dndu: normal(at.dndu),
+            dndv: normal(at.dndv),
+        }
+    }
+
+    /// An object-space point in render space with its error bound: one rounding to f32, and the f64 rounding of
+    /// the transform, which counts where large terms cancel.
+    fn render_point(&self, p_object: DVec3) -> (Point3, Vec3) {
+        let p = self.render_from_object.point(p_object);
+        let affine = self.render_from_object.affine();
+        let terms = affine.matrix3.x_axis.abs() * p_object.x.abs()
+            + affine.matrix3.y_axis.abs() * p_object.y.abs()
+            + affine.matrix3.z_axis.abs() * p_object.z.abs()
+            + affine.translation.abs();
+        let err = p.abs() * EPSILON as f64 + terms * (8.0 * f64::EPSILON);
+        (Point3::from_f64(p), Vec3::from_f64(err))
+    }
+
+    fn render_normal(&self, n_object: DVec3) -> Normal3 {
+        let n = if self.flip_normal {
+            -n_object
+        } else {
+            n_object
+        };
+        Normal3::from_f64(self.render_from_object.normal(n).normalize())
+    }
+
+    /// The sphere in render space, if this is a whole one: centre and radius.
+    fn whole_sphere(&self) -> Option<(DVec3, f64)> {
+        match (self.form, self.uniform_scale) {
+            (Form::Sphere(sphere), Some(scale)) if sphere.is_whole() => Some((
+                self.render_from_object.point(DVec3::ZERO),
+                sphere.radius() * scale,
+            )),
+            _ => None,
+        }
+    }
+
+    /// See [`crate::shape::Shape::sample_toward`]. A whole sphere seen from outside is sampled by the solid angle
+    /// it subtends, anything else by area: in object space, with the stretch of the transform as Jacobian.
+    pub fn sample_toward(&self, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
+        let u = u.map(f64::from);
+        if let Some((center, radius)) = self.whole_sphere()
+            && let Some(cone) = sphere::Cone::new(center, radius, from.to_f64())
+        {
+            let n = cone.sample(u);
+            let p_object = self.render_from_object.inverse().point(center + n * radius);
+            let (p, p_err) = self.render_point(p_object);
+            let ng = self.render_normal(self.form.point(p_object).n);
+            return Some(ShapeSample {
+                p,
+                p_err,
+                ng,
+                pdf_w: cone.pdf_w() as f32,
+            });
+        }
+        let (p_object, n_object) = self.form.sample_area(u);
+        let (p, p_err) = self.render_point(p_object);
+        let ng = self.render_normal(n_object);
+        let pdf_a = 1.0 / (self.form.area() * self.area_stretch(n_object));
+        let pdf_w = area_to_solid_angle(from, p, ng, pdf_a);
+        (pdf_w > 0.0).then_some(ShapeSample {
+            p,
+            p_err,
+            ng,
+            pdf_w,
+        })
+    }
+
+    /// See [`crate::shape::Shape::pdf_toward`].
+    pub fn pdf_toward(&self, from: Point3, p: Point3, ng: Normal3) -> f32 {
+        if let Some((center, radius)) = self.whole_sphere()
+            && let Some(cone) = sphere::Cone::new(center, radius, from.to_f64())
+        {
+            return cone.pdf_w() as f32;
+        }
+        let stretch = match self.uniform_scale {
+            Some(scale) => scale * scale,
+            None => {
+                let n = self
+                    .form
+                    .point(self.render_from_object.inverse().point(p.to_f64()))
+                    .n;
+                self.area_stretch(n)
+            }
+        };
+        area_to_solid_angle(from, p, ng, 1.0 / (self.form.area() * stretch))
+    }
+}

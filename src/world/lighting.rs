@@ -1,0 +1,262 @@
+//! Direct light: choosing a light, drawing a point on it, and whether it is seen.
+
+use crate::ids::{LightId, MediumId};
+use crate::light::{AreaLight, Light};
+use crate::math::error::offset_origin;
+use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::sampling::rng::Rng;
+use crate::shape::{Shape, SurfacePoint};
+use crate::spectrum::Rgb;
+use crate::world::{ElementRef, Hit, World};
+
+/// A point that receives light: on a surface, or in a medium.
+#[derive(Clone, Copy, Debug)]
+pub struct Receiver {
+    /// The point.
+    pub p: Point3,
+    /// Error box of `p`; zero in a medium.
+    pub p_err: Vec3,
+    /// Geometric normal; zero in a medium.
+    pub ng: Normal3,
+    /// Time.
+    pub time: f32,
+}
+
+/// Light that may arrive at a receiver.
+#[derive(Clone, Copy, Debug)]
+pub struct LightSample {
+    /// Unit direction from the receiver.
+    pub wi: Vec3,
+    /// Radiance, or for a delta light the irradiance on a perpendicular surface.
+    pub radiance: Rgb,
+    /// Density in sr⁻¹, probability of the light included; for a delta light only that probability.
+    pub pdf: f32,
+    /// No other strategy can find this light.
+    pub is_delta: bool,
+    /// The segment to test.
+    shadow: Ray,
+    t_max: f32,
+    /// The surface aimed at.
+    aim: Option<ElementRef>,
+}
+
+/// Fraction of the distance within which a second hit of the quadric aimed at counts as the point itself.
+const SAME_QUADRIC: f32 = 1e-3;
+
+impl World {
+    /// Power of a light in render-space units, for choosing among lights.
+    pub(super) fn power(&self, light: &Light) -> f64 {
+        use std::f64::consts::PI;
+        let bounds = self.bounds();
+        let radius = if bounds.is_empty() {
+            1.0
+        } else {
+            0.5 * bounds.extent().length() as f64
+        };
+        match light {
+            Light::Point(point) => 4.0 * PI * point.intensity.luminance() as f64,
+            Light::Distant(distant) => PI * radius * radius * distant.radiance.luminance() as f64,
+            Light::Infinite(infinite) => infinite.power(radius),
+            Light::Area(area) => {
+                let sides = if area.two_sided { 2.0 } else { 1.0 };
+                let shape = &self.geometry(area.geometry).shape;
+                sides * PI * shape.area(area.element) * area.radiance.luminance() as f64
+            }
+        }
+    }
+
+    /// Chooses a light by `u_light` and a point on it by `u`. `None` where nothing can arrive.
+    pub fn sample_light(&self, at: &Receiver, u_light: f32, u: [f32; 2]) -> Option<LightSample> {
+        let (index, pmf) = self.light_choice.sample(u_light)?;
+        match &self.lights[index] {
+            Light::Point(point) => {
+                let to_light = point.p - at.p;
+                let d2 = to_light.length_squared();
+                let wi = to_light.try_normalize()?;
+                let radiance = point.intensity * (1.0 / d2);
+                let shadow = self.shadow_ray(at, point.p, wi);
+                Some(LightSample {
+                    t_max: shadow.1,
+                    shadow: shadow.0,
+                    ..Self::delta(wi, radiance, pmf)
+                })
+            }
+            Light::Distant(distant) => {
+                let wi = distant.direction;
+                let shadow = Ray {
+                    o: offset_origin(at.p, at.p_err, at.ng, wi),
+                    d: wi,
+                    time: at.time,
+                };
+                Some(LightSample {
+                    shadow,
+                    ..Self::delta(wi, distant.radiance, pmf)
+                })
+            }
+            Light::Infinite(infinite) => {
+                let sample = infinite.sample(u)?;
+                let wi = sample.wi;
+                let shadow = Ray {
+                    o: offset_origin(at.p, at.p_err, at.ng, wi),
+                    d: wi,
+                    time: at.time,
+                };
+                Some(LightSample {
+                    wi,
+                    radiance: sample.radiance,
+                    pdf: sample.pdf_w * pmf,
+                    is_delta: false,
+                    shadow,
+                    t_max: f32::INFINITY,
+                    aim: None,
+                })
+            }
+            Light::Area(area) => self.sample_area_light(area, at, u, pmf),
+        }
+        .filter(|sample| !sample.radiance.is_black())
+    }
+
+    fn delta(wi: Vec3, radiance: Rgb, pmf: f32) -> LightSample {
+        LightSample {
+            wi,
+            radiance,
+            pdf: pmf,
+            is_delta: true,
+            shadow: Ray {
+                o: Point3::ZERO,
+                d: wi,
+                time: 0.0,
+            },
+            t_max: f32::INFINITY,
+            aim: None,
+        }
+    }
+
+    fn sample_area_light(
+        &self,
+        area: &AreaLight,
+        at: &Receiver,
+        u: [f32; 2],
+        pmf: f32,
+    ) -> Option<LightSample> {
+        let shape = &self.geometry(area.geometry).shape;
+        let sample = shape.sample_toward(area.element, at.p, u)?;
+        let wi = (sample.p - at.p).try_normalize()?;
+        let radiance = area.le(sample.ng, -wi);
+        let target = offset_origin(sample.p, sample.p_err, sample.ng, -wi);
+        let (shadow, t_max) = self.shadow_ray(at, target, wi);
+        Some(LightSample {
+            wi,
+            radiance,
+            pdf: sample.pdf_w * pmf,
+            is_delta: false,
+            shadow,
+            t_max,
+            aim: Some(ElementRef {
+                geometry: area.geometry,
+                element: area.element,
+            }),
+        })
+    }
+
+    /// The ray from a receiver to a point roughly in direction `wi`, and the distance to it.
+    fn shadow_ray(&self, at: &Receiver, target: Point3, wi: Vec3) -> (Ray, f32) {
+        let o = offset_origin(at.p, at.p_err, at.ng, wi);
+        let to_target = target - o;
+        let distance = to_target.length();
+        let d = if distance > 0.0 {
+            to_target / distance
+        } else {
+            wi
+        };
+        (
+            Ray {
+                o,
+                d,
+                time: at.time,
+            },
+            distance,
+        )
+    }
+
+    /// Whether a surface found at distance `t` stands between the receiver and the point aimed at. The flat element
+    /// that holds the point cannot; a curved one may, but not right at the point.
+    #[inline]
+    fn occludes(&self, sample: &LightSample, target: ElementRef, t: f32) -> bool {
+        if Some(target) != sample.aim {
+            return true;
+        }
+        match &self.geometry(target.geometry).shape {
+            Shape::Mesh(_) => false,
+            Shape::Quadric(_) => t < sample.t_max * (1.0 - SAME_QUADRIC),
+        }
+    }
+
+    /// Whether any surface, null surfaces included, stands in the way.
+    pub fn is_occluded(&self, sample: &LightSample) -> bool {
+        self.any_where(&sample.shadow, sample.t_max, |target, t| {
+            self.occludes(sample, target, t)
+        })
+    }
+
+    /// Unbiased estimate of the part of the light that arrives through media and null surfaces, for a receiver in
+    /// `medium`. Adds the rays it traced to `n_rays`.
+    pub fn transmittance(
+        &self,
+        sample: &LightSample,
+        medium: MediumId,
+        rng: &mut Rng,
+        n_rays: &mut u64,
+    ) -> Rgb {
+        let counts = |target: ElementRef, t: f32| self.occludes(sample, target, t);
+        self.transmittance_where(sample.shadow, medium, sample.t_max, counts, rng, n_rays)
+    }
+
+    /// Emission toward `wo` of the surface hit, if it is a light: the light and the radiance.
+    #[inline]
+    pub fn emitted(&self, hit: &Hit, surface: &SurfacePoint, wo: Vec3) -> Option<(LightId, Rgb)> {
+        let first = self.geometry(hit.target.geometry).first_light;
+        if !first.is_some() {
+            return None;
+        }
+        let id = LightId(first.0 + hit.target.element);
+        match &self.lights[id.index()] {
+            Light::Area(area) => Some((id, area.le(surface.ng, wo))),
+            _ => None,
+        }
+    }
+
+    /// Density with which [`World::sample_light`] draws, from `from`, the point of an area light that was hit.
+    pub fn pdf_of_hit(
+        &self,
+        light: LightId,
+        hit: &Hit,
+        surface: &SurfacePoint,
+        from: Point3,
+    ) -> f32 {
+        let shape = &self.geometry(hit.target.geometry).shape;
+        shape.pdf_toward(hit.target.element, from, surface.p, surface.ng)
+            * self.light_choice.pmf(light.index())
+    }
+
+    /// Radiance of the infinite lights from the unit direction `w`, each weighed by `weight` of its sampling density.
+    #[inline]
+    pub fn environment(&self, w: Vec3, weight: impl Fn(f32) -> f32, needs_pdf: bool) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        for &id in &self.infinite_lights {
+            if let Light::Infinite(light) = &self.lights[id.index()] {
+                let le = light.le(w);
+                if le.is_black() {
+                    continue;
+                }
+                let pdf = if needs_pdf {
+                    light.pdf_w(w) * self.light_choice.pmf(id.index())
+                } else {
+                    0.0
+                };
+                sum += le * weight(pdf);
+            }
+        }
+        sum
+    }
+}

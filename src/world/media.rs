@@ -1,0 +1,88 @@
+//! Which medium a path is in, and how much light passes through media and invisible boundaries.
+
+use crate::ids::MediumId;
+use crate::math::{Normal3, Ray, Vec3};
+use crate::sampling::rng::Rng;
+use crate::spectrum::Rgb;
+use crate::world::{ElementRef, World, spawn_ray};
+
+/// The media on the two sides of a surface.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct MediumInterface {
+    /// On the side the normal points away from.
+    pub inside: MediumId,
+    /// On the side the normal points to.
+    pub outside: MediumId,
+}
+
+impl MediumInterface {
+    /// The medium a path is in after it left the surface of normal `ng` toward `w`.
+    #[inline]
+    pub fn toward(&self, ng: Normal3, w: Vec3) -> MediumId {
+        if ng.dot(w) > 0.0 {
+            self.outside
+        } else {
+            self.inside
+        }
+    }
+}
+
+impl World {
+    /// The medium behind a surface of the given element toward `w`, for a path that came from `current`.
+    #[inline]
+    pub fn medium_toward(
+        &self,
+        target: ElementRef,
+        ng: Normal3,
+        w: Vec3,
+        current: MediumId,
+    ) -> MediumId {
+        match &self.geometry(target.geometry).media {
+            Some(interface) => interface.toward(ng, w),
+            None => current,
+        }
+    }
+
+    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`:
+    /// through media and null surfaces, not through anything else. `counts` leaves out the surface aimed at.
+    /// Adds the rays it traced to `n_rays`.
+    pub(super) fn transmittance_where(
+        &self,
+        mut ray: Ray,
+        mut medium: MediumId,
+        mut t_max: f32,
+        counts: impl Fn(ElementRef, f32) -> bool,
+        rng: &mut Rng,
+        n_rays: &mut u64,
+    ) -> Rgb {
+        let mut tr = Rgb::ONE;
+        let mut travelled = 0.0;
+        // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
+        for _ in 0..2 * self.n_elements() + 2 {
+            *n_rays += 1;
+            let hit = self.closest_where(&ray, t_max, |target, t| counts(target, travelled + t));
+            if let Some(hit) = &hit
+                && self.geometry(hit.target.geometry).material.is_some()
+            {
+                return Rgb::BLACK;
+            }
+            if medium.is_some() {
+                let end = hit.as_ref().map_or(t_max, |hit| hit.at.t);
+                tr *= self.medium(medium).transmittance(&ray, end, rng);
+                if tr.is_black() {
+                    return tr;
+                }
+            }
+            let Some(hit) = hit else { return tr };
+            let surface = self.surface(&ray, &hit);
+            medium = self.medium_toward(hit.target, surface.ng, ray.d, medium);
+            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+            travelled += hit.at.t;
+            t_max -= hit.at.t;
+            if t_max <= 0.0 {
+                return tr;
+            }
+        }
+        Rgb::BLACK
+    }
+}

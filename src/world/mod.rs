@@ -1,0 +1,259 @@
+//! The compiled, frozen scene: arenas addressed by typed ids, ray queries, and light sampling with visibility.
+//!
+//! Immutable and shared by all threads. Space is *render space*: world space moved and scaled by a power of two so
+//! that coordinates near the camera are small and lengths are near 1.
+
+pub mod lighting;
+pub mod media;
+
+use crate::accel::Bvh;
+use crate::ids::{GeometryId, LightId, MaterialId, MediumId};
+use crate::light::{Light, LightChoice};
+use crate::material::Material;
+use crate::math::error::offset_origin;
+use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
+use crate::medium::Medium;
+use crate::shape::{ElementHit, RayShear, Shape, SurfacePoint};
+use crate::texture::Textures;
+pub use lighting::{LightSample, Receiver};
+pub use media::MediumInterface;
+
+/// A shape with everything that belongs to its surface.
+#[derive(Clone, Debug)]
+pub struct Geometry {
+    /// Where it is.
+    pub shape: Shape,
+    /// What it looks like; `NONE` is the invisible null material.
+    pub material: MaterialId,
+    /// The media on its sides, if they differ.
+    pub media: Option<MediumInterface>,
+    /// The light of element 0; element i emits by the light i ids later. `NONE` if it does not emit.
+    pub first_light: LightId,
+}
+
+/// One element of a geometry, as the hierarchy stores it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct ElementRef {
+    /// The geometry.
+    pub geometry: GeometryId,
+    /// Element of its shape.
+    pub element: u32,
+}
+
+/// The nearest meeting of a ray with the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Hit {
+    /// What was hit.
+    pub target: ElementRef,
+    /// Where.
+    pub at: ElementHit,
+}
+
+/// Facts established once at load. They select specialised code and leave out what the scene does not need.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct Facts {
+    /// Some surface has the null material.
+    pub has_null_surfaces: bool,
+    /// Some surface separates two media, or the camera is in one.
+    pub has_media: bool,
+    /// Some material needs the footprint of the camera's pixel.
+    pub needs_footprint: bool,
+}
+
+/// Parts of a world, ready to be frozen.
+#[derive(Clone, Debug, Default)]
+pub struct WorldParts {
+    /// Geometries, addressed by [`GeometryId`].
+    pub geometries: Vec<Geometry>,
+    /// Materials, addressed by [`MaterialId`].
+    pub materials: Vec<Material>,
+    /// Textures and images.
+    pub textures: Textures,
+    /// Media, addressed by [`MediumId`].
+    pub media: Vec<Medium>,
+    /// Lights, addressed by [`LightId`].
+    pub lights: Vec<Light>,
+    /// Medium around the camera.
+    pub camera_medium: MediumId,
+    /// How a light is chosen: in proportion to its power, or uniformly.
+    pub choose_lights_by_power: bool,
+}
+
+/// The frozen scene.
+#[derive(Clone, Debug)]
+pub struct World {
+    geometries: Vec<Geometry>,
+    materials: Vec<Material>,
+    textures: Textures,
+    media: Vec<Medium>,
+    lights: Vec<Light>,
+    infinite_lights: Vec<LightId>,
+    light_choice: LightChoice,
+    camera_medium: MediumId,
+    elements: Vec<ElementRef>,
+    bvh: Bvh,
+    facts: Facts,
+}
+
+impl World {
+    /// Builds the hierarchy and establishes the facts.
+    pub fn new(parts: WorldParts) -> Self {
+        let (boxes, refs): (Vec<Bounds3>, Vec<ElementRef>) = parts
+            .geometries
+            .iter()
+            .enumerate()
+            .flat_map(|(index, geometry)| {
+                let id = GeometryId::new(index);
+                (0..geometry.shape.n_elements() as u32).map(move |element| {
+                    (
+                        geometry.shape.bounds(element),
+                        ElementRef {
+                            geometry: id,
+                            element,
+                        },
+                    )
+                })
+            })
+            .unzip();
+        let (bvh, order) = Bvh::build(&boxes);
+        let elements = order.into_iter().map(|i| refs[i as usize]).collect();
+        let facts = Facts {
+            has_null_surfaces: parts.geometries.iter().any(|g| !g.material.is_some()),
+            has_media: parts.camera_medium.is_some()
+                || parts.geometries.iter().any(|g| g.media.is_some()),
+            needs_footprint: parts.materials.iter().any(Material::needs_footprint),
+        };
+        let infinite_lights = (0..parts.lights.len())
+            .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
+            .map(LightId::new)
+            .collect();
+        let mut world = Self {
+            geometries: parts.geometries,
+            materials: parts.materials,
+            textures: parts.textures,
+            media: parts.media,
+            lights: parts.lights,
+            infinite_lights,
+            light_choice: LightChoice::default(),
+            camera_medium: parts.camera_medium,
+            elements,
+            bvh,
+            facts,
+        };
+        world.light_choice = if parts.choose_lights_by_power {
+            let powers: Vec<f64> = world
+                .lights
+                .iter()
+                .map(|light| world.power(light))
+                .collect();
+            LightChoice::new(&powers)
+        } else {
+            LightChoice::new(&vec![1.0; world.lights.len()])
+        };
+        world
+    }
+
+    /// Facts established at load.
+    pub fn facts(&self) -> &Facts {
+        &self.facts
+    }
+
+    /// Number of elements in the hierarchy.
+    pub fn n_elements(&self) -> usize {
+        self.elements.len()
+    }
+
+    /// Box around all surfaces; empty if there are none.
+    pub fn bounds(&self) -> Bounds3 {
+        self.bvh.bounds()
+    }
+
+    /// Medium around the camera.
+    pub fn camera_medium(&self) -> MediumId {
+        self.camera_medium
+    }
+
+    /// A geometry.
+    #[inline]
+    pub fn geometry(&self, id: GeometryId) -> &Geometry {
+        &self.geometries[id.index()]
+    }
+
+    /// A medium.
+    #[inline]
+    pub fn medium(&self, id: MediumId) -> &Medium {
+        &self.media[id.index()]
+    }
+
+    /// A material.
+    #[inline]
+    pub fn material(&self, id: MaterialId) -> &Material {
+        &self.materials[id.index()]
+    }
+
+    /// All textures.
+    #[inline]
+    pub fn textures(&self) -> &Textures {
+        &self.textures
+    }
+
+    /// The nearest surface in (0, `t_max`).
+    #[inline]
+    pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
+        self.closest_where(ray, t_max, |_, _| true)
+    }
+
+    /// The nearest surface in (0, `t_max`) whose (element, distance) satisfies `counts`.
+    #[inline]
+    fn closest_where(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        counts: impl Fn(ElementRef, f32) -> bool,
+    ) -> Option<Hit> {
+        let shear = RayShear::new(ray);
+        let mut found = None;
+        self.bvh.closest(ray, t_max, |slot, t_max| {
+            let target = self.elements[slot as usize];
+            let shape = &self.geometry(target.geometry).shape;
+            let at = shape.intersect(target.element, ray, &shear, t_max)?;
+            if !counts(target, at.t) {
+                return None;
+            }
+            found = Some(Hit { target, at });
+            Some(at.t)
+        });
+        found
+    }
+
+    /// Whether any surface in (0, `t_max`) satisfies `counts`.
+    #[inline]
+    fn any_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(ElementRef, f32) -> bool) -> bool {
+        let shear = RayShear::new(ray);
+        self.bvh.any(ray, t_max, |slot| {
+            let target = self.elements[slot as usize];
+            let shape = &self.geometry(target.geometry).shape;
+            shape
+                .intersect(target.element, ray, &shear, t_max)
+                .is_some_and(|at| counts(target, at.t))
+        })
+    }
+
+    /// The surface at a hit of `ray`.
+    #[inline]
+    pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        self.geometry(hit.target.geometry)
+            .shape
+            .surface(hit.target.element, ray, &hit.at)
+    }
+}
+
+/// A ray that leaves the surface point toward `d`.
+#[inline]
+pub fn spawn_ray(p: Point3, p_err: Vec3, ng: Normal3, d: Vec3, time: f32) -> Ray {
+    Ray {
+        o: offset_origin(p, p_err, ng, d),
+        d,
+        time,
+    }
+}
