@@ -25,7 +25,7 @@ mod values;
 
 use checks::unknown_texture;
 use values::{
-    first_bool, first_float, first_int, first_spectrum, first_string, first_triple,
+    count_of, first_bool, first_float, first_int, first_spectrum, first_string, first_triple,
     spectrum_default,
 };
 
@@ -440,7 +440,7 @@ impl ParamReader<'_> {
                 };
                 let (value, count, span) = (
                     first(&param.value),
-                    schema::count_of(&param.value),
+                    count_of(&param.value),
                     param.value_span,
                 );
                 if count != 1 {

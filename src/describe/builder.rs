@@ -155,7 +155,7 @@ impl Builder {
     }
 
     fn may_stand_here(&mut self, directive: &Directive, span: Span) -> bool {
-        let keyword = schema::keyword(directive);
+        let keyword = directive.keyword();
         let in_world = self.draft.world.is_some();
         let allowed = schema::directive(keyword).is_some_and(|entry| {
             if in_world {

@@ -13,7 +13,6 @@ mod options;
 mod shapes;
 mod suggest;
 mod textures;
-mod values;
 mod words;
 
 #[cfg(test)]
@@ -23,10 +22,9 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::params::ParamClass;
 use crate::source::Spanned;
 
-pub use directives::{DIRECTIVES, DirectiveSchema, directive, keyword};
+pub use directives::{DIRECTIVES, DirectiveSchema, directive};
 pub use markdown::markdown;
 pub use suggest::{did_you_mean, nearest};
-pub use values::{class_of, count_of, type_word};
 
 /// A kind of plugin: the name space a plugin name is looked up in.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]

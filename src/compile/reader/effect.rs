@@ -1,6 +1,7 @@
 //! Parameters that have no effect, and why.
 
 use super::ParamReader;
+use super::values::count_of;
 use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::params::{Param, ParamClass, ParamList, ParamValue};
 use tyndall_parser::schema::{self, Family, ParamSchema, PluginRef};
@@ -34,7 +35,7 @@ impl ParamReader<'_> {
 
 /// Why a parameter of a list has no effect on any of the plugins; `None` when it has one.
 fn without_effect(param: &Param, list: &ParamList, plugins: &[PluginRef]) -> Option<Diagnostic> {
-    let class = schema::class_of(&param.value);
+    let class = param.value.class();
     let warning =
         |message: String| Diagnostic::warning("unused-parameter", param.decl_span, message);
     let known = |plugin: &PluginRef| Some((*plugin, plugin.schema.param_called(&param.name)?));
@@ -85,12 +86,12 @@ fn without_effect(param: &Param, list: &ParamList, plugins: &[PluginRef]) -> Opt
 
 /// Whether `other` is read instead of `param`, which is a value of the same parameter.
 fn wins_over(other: &Param, param: &Param, schema: &ParamSchema, family: Family) -> bool {
-    let class = schema::class_of(&other.value);
+    let class = other.value.class();
     let takes_one = schema
         .types
         .iter()
         .all(|kind| kind.is_single() && !kind.classes(family).contains(&ParamClass::Texture));
-    if !schema.accepts(class, family) || (takes_one && schema::count_of(&other.value) != 1) {
+    if !schema.accepts(class, family) || (takes_one && count_of(&other.value) != 1) {
         return false;
     }
     let rank = |name: &str| {
@@ -103,7 +104,7 @@ fn wins_over(other: &Param, param: &Param, schema: &ParamSchema, family: Family)
     let is_name = |name: &str| name == schema.name || schema.fallbacks.contains(&name);
     let texture_wins = other.name == param.name
         && class == ParamClass::Texture
-        && schema::class_of(&param.value) != ParamClass::Texture;
+        && param.value.class() != ParamClass::Texture;
     texture_wins || (is_name(&other.name) && rank(&other.name) < rank(&param.name))
 }
 
@@ -130,7 +131,7 @@ fn declaration_to_write(param: &Param, schema: &ParamSchema, family: Family) -> 
 }
 
 fn declaration(param: &Param) -> String {
-    format!("\"{} {}\"", schema::type_word(&param.value), param.name)
+    format!("\"{} {}\"", param.value.param_type().word(), param.name)
 }
 
 fn quoted(plugins: &[PluginRef]) -> String {

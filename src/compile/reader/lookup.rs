@@ -1,9 +1,10 @@
 //! From a name to what the schema says of it and to what the lists hold under it.
 
+use super::values::count_of;
 use super::{ParamReader, Source};
 use crate::describe::description::TextureBinding;
 use tyndall_parser::params::{Param, ParamClass, ParamValue};
-use tyndall_parser::schema::{self, Default, ParamSchema, Type};
+use tyndall_parser::schema::{Default, ParamSchema, Type};
 use tyndall_parser::source::Spanned;
 
 impl ParamReader<'_> {
@@ -51,7 +52,7 @@ impl ParamReader<'_> {
         list.params
             .iter()
             .enumerate()
-            .find(|(_, param)| param.name == name && schema::class_of(&param.value) == class)
+            .find(|(_, param)| param.name == name && param.value.class() == class)
     }
 
     pub(super) fn bindings(&self, source: Source) -> &[TextureBinding] {
@@ -88,7 +89,7 @@ impl ParamReader<'_> {
                 let Some((_, param)) = self.find(source, name, class) else {
                     continue;
                 };
-                let (count, span) = (schema::count_of(&param.value), param.value_span);
+                let (count, span) = (count_of(&param.value), param.value_span);
                 if count == 1 {
                     return first(&param.value).map(|value| Spanned::new(value, span));
                 }

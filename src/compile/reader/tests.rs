@@ -172,10 +172,13 @@ fn a_fallback_name_is_read_when_the_name_has_the_wrong_number_of_values() {
 #[test]
 fn q06_more_or_fewer_values_than_one_mean_the_default_and_warn() {
     let light = plugin(Family::Light, "point");
-    for triples in [vec![], vec![[2.0; 3], [3.0; 3]]] {
-        let (value, diagnostics) = read(light, &entity([("I", ParamValue::Rgb(triples))]), |r| {
-            r.spectrum("I").value
-        });
+    for triples in [
+        ParamValue::Rgb(vec![]),
+        ParamValue::Rgb(vec![[2.0; 3], [3.0; 3]]),
+        ParamValue::Spectrum(vec![]),
+    ] {
+        let (value, diagnostics) =
+            read(light, &entity([("I", triples)]), |r| r.spectrum("I").value);
         assert_eq!(value, SpectrumValue::Rgb([1.0; 3]));
         assert_eq!(found(&diagnostics), [("value-count", 5)]);
         assert_eq!(diagnostics.list[0].severity, Severity::Warning);

@@ -12,6 +12,14 @@ pub(super) fn spectrum_default(schema: &ParamSchema) -> Option<SpectrumValue> {
     }
 }
 
+/// How many values a parameter has: tuples count as one, and so does sampled data unless it has no sample.
+pub(super) fn count_of(value: &ParamValue) -> usize {
+    match value {
+        ParamValue::Spectrum(samples) if samples.is_empty() => 0,
+        _ => value.len(),
+    }
+}
+
 pub(super) fn first_float(value: &ParamValue) -> Option<f32> {
     match value {
         ParamValue::Float(items) => items.first().copied(),

@@ -9,7 +9,6 @@ use crate::describe::state::Block;
 use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::directive::Plugin;
 use tyndall_parser::params::{ParamList, ParamValue};
-use tyndall_parser::schema;
 use tyndall_parser::source::{Span, Spanned};
 
 impl Builder {
@@ -151,6 +150,6 @@ fn seems_to_override_material(shape: &ParamList) -> bool {
             ParamValue::String(_) => matches!(name, "filename" | "type" | "scheme"),
             _ => false,
         };
-        !exempt && schema::count_of(&param.value) == 1
+        !exempt && param.value.len() == 1
     })
 }
