@@ -177,9 +177,17 @@ fn is_singular(affine: &DMat4) -> bool {
     }
 }
 
-/// Whether a transform and its inverse can be written down.
-pub(super) fn has_inverse(matrix: &DMat4) -> bool {
-    matrix.is_finite() && matrix.inverse().is_finite()
+/// Whether a transform and its inverse stay within single precision, in which geometry is kept. Far inside what
+/// double precision can invert, so the inverse of such a transform is such a transform.
+pub(super) fn is_usable(matrix: &DMat4) -> bool {
+    let fits = |matrix: &DMat4| {
+        let largest = f64::from(f32::MAX);
+        matrix
+            .to_cols_array()
+            .iter()
+            .all(|entry| entry.abs() <= largest)
+    };
+    fits(matrix) && fits(&matrix.inverse())
 }
 
 /// A vector of any finite length above zero, normalised without overflow or underflow.

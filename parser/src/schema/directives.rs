@@ -1,7 +1,8 @@
 //! The directives: arguments, where they may stand, what they do.
 
 use super::Family;
-use crate::directive::Directive;
+use std::collections::HashMap;
+use std::sync::LazyLock;
 
 /// One directive of the language.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -242,47 +243,12 @@ pub static DIRECTIVES: &[DirectiveSchema] = &[
 
 /// The directive of that keyword.
 pub fn directive(keyword: &str) -> Option<&'static DirectiveSchema> {
-    DIRECTIVES.iter().find(|entry| entry.keyword == keyword)
-}
-
-/// The word a directive starts with.
-pub fn keyword(directive: &Directive) -> &'static str {
-    match directive {
-        Directive::Identity => "Identity",
-        Directive::Translate(_) => "Translate",
-        Directive::Scale(_) => "Scale",
-        Directive::Rotate { .. } => "Rotate",
-        Directive::LookAt { .. } => "LookAt",
-        Directive::Transform(_) => "Transform",
-        Directive::ConcatTransform(_) => "ConcatTransform",
-        Directive::CoordinateSystem(_) => "CoordinateSystem",
-        Directive::CoordSysTransform(_) => "CoordSysTransform",
-        Directive::ActiveTransform(_) => "ActiveTransform",
-        Directive::TransformTimes(_) => "TransformTimes",
-        Directive::PixelFilter(_) => "PixelFilter",
-        Directive::Film(_) => "Film",
-        Directive::Sampler(_) => "Sampler",
-        Directive::Accelerator(_) => "Accelerator",
-        Directive::Integrator(_) => "Integrator",
-        Directive::Camera(_) => "Camera",
-        Directive::MakeNamedMedium(_) => "MakeNamedMedium",
-        Directive::MediumInterface { .. } => "MediumInterface",
-        Directive::WorldBegin => "WorldBegin",
-        Directive::WorldEnd => "WorldEnd",
-        Directive::AttributeBegin => "AttributeBegin",
-        Directive::AttributeEnd => "AttributeEnd",
-        Directive::TransformBegin => "TransformBegin",
-        Directive::TransformEnd => "TransformEnd",
-        Directive::Texture { .. } => "Texture",
-        Directive::Material(_) => "Material",
-        Directive::MakeNamedMaterial(_) => "MakeNamedMaterial",
-        Directive::NamedMaterial(_) => "NamedMaterial",
-        Directive::LightSource(_) => "LightSource",
-        Directive::AreaLightSource(_) => "AreaLightSource",
-        Directive::Shape(_) => "Shape",
-        Directive::ReverseOrientation => "ReverseOrientation",
-        Directive::ObjectBegin(_) => "ObjectBegin",
-        Directive::ObjectEnd => "ObjectEnd",
-        Directive::ObjectInstance(_) => "ObjectInstance",
-    }
+    // Asked for every directive of a scene, so searching the table would show.
+    static BY_KEYWORD: LazyLock<HashMap<&str, &DirectiveSchema>> = LazyLock::new(|| {
+        DIRECTIVES
+            .iter()
+            .map(|entry| (entry.keyword, entry))
+            .collect()
+    });
+    BY_KEYWORD.get(keyword).copied()
 }

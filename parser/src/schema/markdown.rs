@@ -149,7 +149,13 @@ fn types(param: &ParamSchema) -> String {
         Type::SpectrumTexture => "spectrum texture".into(),
         Type::OwnTexture => "texture of its own type".into(),
         Type::OwnConstant => "float or spectrum, its own type".into(),
-        other => other.words(Family::SpectrumTexture).into(),
+        other => {
+            let words = other.words(Family::SpectrumTexture);
+            words
+                .split_once(' ')
+                .map_or(words, |(_article, rest)| rest)
+                .into()
+        }
     };
     param.types.iter().map(one).collect::<Vec<_>>().join(" or ")
 }

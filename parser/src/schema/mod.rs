@@ -13,7 +13,6 @@ mod options;
 mod shapes;
 mod suggest;
 mod textures;
-mod values;
 mod words;
 
 #[cfg(test)]
@@ -23,10 +22,9 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::params::ParamClass;
 use crate::source::Spanned;
 
-pub use directives::{DIRECTIVES, DirectiveSchema, directive, keyword};
+pub use directives::{DIRECTIVES, DirectiveSchema, directive};
 pub use markdown::markdown;
 pub use suggest::{did_you_mean, nearest};
-pub use values::{class_of, count_of, type_word};
 
 /// A kind of plugin: the name space a plugin name is looked up in.
 #[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
@@ -372,31 +370,31 @@ impl Type {
         }
     }
 
-    /// The type in words, e.g. `spectrum (rgb, xyz, blackbody or spectrum)`.
+    /// The type in words, e.g. `a spectrum (rgb, xyz, blackbody or spectrum)`.
     pub fn words(self, family: Family) -> &'static str {
         match self {
-            Self::Bool => "bool",
-            Self::Int | Self::IntChoice(_) => "integer",
-            Self::Float => "float",
-            Self::String | Self::Choice(_) => "string",
-            Self::File => "string (file name)",
-            Self::Point3 => "point3",
-            Self::Vector3 => "vector3",
-            Self::Spectrum => "spectrum (rgb, xyz, blackbody or spectrum)",
-            Self::FloatTexture => "float texture or float",
+            Self::Bool => "a bool",
+            Self::Int | Self::IntChoice(_) => "an integer",
+            Self::Float => "a float",
+            Self::String | Self::Choice(_) => "a string",
+            Self::File => "a string (file name)",
+            Self::Point3 => "a point3",
+            Self::Vector3 => "a vector3",
+            Self::Spectrum => "a spectrum (rgb, xyz, blackbody or spectrum)",
+            Self::FloatTexture => "a float texture or a float",
             Self::SpectrumTexture => {
-                "spectrum texture or spectrum (rgb, xyz, blackbody or spectrum)"
+                "a spectrum texture or a spectrum (rgb, xyz, blackbody or spectrum)"
             }
             Self::OwnTexture if family == Family::FloatTexture => Self::FloatTexture.words(family),
             Self::OwnTexture => Self::SpectrumTexture.words(family),
             Self::OwnConstant if family == Family::FloatTexture => Self::Float.words(family),
             Self::OwnConstant => Self::Spectrum.words(family),
-            Self::Ints(_) => "list of integer",
-            Self::Floats(_) => "list of float",
-            Self::Point2s => "list of point2",
-            Self::Point3s => "list of point3",
-            Self::Vector3s => "list of vector3",
-            Self::Normals => "list of normal",
+            Self::Ints(_) => "a list of integer",
+            Self::Floats(_) => "a list of float",
+            Self::Point2s => "a list of point2",
+            Self::Point3s => "a list of point3",
+            Self::Vector3s => "a list of vector3",
+            Self::Normals => "a list of normal",
         }
     }
 

@@ -1,0 +1,81 @@
+//! Directives that change the current transforms.
+
+use super::Builder;
+use crate::describe::transform::{self, Refused};
+use glam::DMat4;
+use tyndall_parser::diagnostic::{Diagnostic, Severity};
+use tyndall_parser::source::{Span, Spanned};
+
+impl Builder {
+    /// Records the warning that came with a matrix.
+    pub(super) fn warned(
+        &mut self,
+        result: Result<(DMat4, Option<Diagnostic>), Refused>,
+    ) -> Result<DMat4, Refused> {
+        let (matrix, warning) = result?;
+        self.diagnostics.list.extend(warning);
+        Ok(matrix)
+    }
+
+    pub(super) fn multiply(&mut self, keyword: &str, span: Span, matrix: Result<DMat4, Refused>) {
+        match matrix {
+            Ok(matrix) => self.change_ctm(keyword, span, |ctm| ctm * matrix),
+            Err(refused) => self.diagnostics.push(*refused),
+        }
+    }
+
+    pub(super) fn change_ctm(
+        &mut self,
+        keyword: &str,
+        span: Span,
+        change: impl Fn(DMat4) -> DMat4,
+    ) {
+        let pair = self.draft.ctm.changed(change);
+        if transform::is_usable(&pair.start)
+            && (!pair.is_animated() || transform::is_usable(&pair.end))
+        {
+            self.draft.ctm.pair = pair;
+        } else {
+            self.diagnostics.push(
+                Diagnostic::error(
+                    "out-of-range",
+                    span,
+                    format!("{keyword} takes the current transform out of single precision"),
+                )
+                .with_label("this transform is left out"),
+            );
+        }
+    }
+
+    pub(super) fn coord_sys_transform(&mut self, name: &Spanned<String>) {
+        match self.draft.coordinate_systems.get(&name.value) {
+            Some((pair, _)) => self.draft.ctm.pair = *pair,
+            None => {
+                let known = self
+                    .draft
+                    .coordinate_systems
+                    .iter()
+                    .map(|(name, (_, span))| (name.as_str(), *span));
+                let mut diagnostic = self.suggester.unknown(
+                    "unknown-coordinate-system",
+                    name,
+                    "coordinate system",
+                    known,
+                );
+                diagnostic.severity = Severity::Warning;
+                self.diagnostics
+                    .push(diagnostic.with_label("the current transform stays as it is"));
+            }
+        }
+    }
+
+    /// Warns that only the start of a motion is used.
+    pub(super) fn warn_if_animated(&mut self, what: &str, span: Span) {
+        if self.draft.ctm.pair.is_animated() {
+            self.diagnostics.push(
+                Diagnostic::warning("animation-ignored", span, format!("{what} cannot move"))
+                    .with_label("the transform at the start of the motion is used"),
+            );
+        }
+    }
+}
