@@ -132,13 +132,12 @@ impl Path {
             };
             let surface = world.surface(&state.ray, &hit);
             state.add_emission(&hit, &surface);
-            if state.bounces >= self.max_depth {
-                break;
-            }
-
-            // A null surface only changes the medium.
+            // A null surface only changes the medium. At the last bounce there is nothing behind it to find, except
+            // for the continuation that stands for the second half of the light sampling at the vertex before.
             let material = world.geometry(hit.target.geometry).material;
-            if !material.is_some() {
+            let is_last = state.bounces >= self.max_depth;
+            let goes_on = !is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. });
+            if !material.is_some() && goes_on {
                 crossings += 1;
                 if crossings > world.n_elements() + 1 {
                     state.counters.stuck_paths += 1;
@@ -147,6 +146,9 @@ impl Path {
                 state.cross::<VOLUMETRIC>(&hit, &surface);
                 differential = None;
                 continue;
+            }
+            if is_last {
+                break;
             }
             crossings = 0;
 
