@@ -185,11 +185,10 @@ impl State<'_> {
     fn add_environment(&mut self) {
         let w = self.ray.d;
         let le = match self.origin {
-            Origin::Certain => self.world.environment(w, |_| 1.0, false),
-            Origin::Drawn { pdf_w, .. } => {
-                self.world
-                    .environment(w, |pdf_light| power_heuristic(pdf_w, pdf_light), true)
-            }
+            Origin::Certain => self.world.environment(w),
+            Origin::Drawn { pdf_w, .. } => self
+                .world
+                .environment_weighted(w, |pdf_light| power_heuristic(pdf_w, pdf_light)),
             Origin::Hidden => return,
         };
         self.radiance += self.beta * le;

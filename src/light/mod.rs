@@ -2,6 +2,7 @@
 //!
 //! Powers are in units of render space and serve only to choose among lights.
 
+mod environment;
 pub mod infinite;
 
 use crate::ids::GeometryId;

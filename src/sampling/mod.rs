@@ -2,6 +2,7 @@
 //!
 //! Every density has its sampler beside it. Knows no scene and keeps no state of its own.
 
+pub mod cumulative;
 pub mod distribution;
 pub mod mis;
 pub mod rng;

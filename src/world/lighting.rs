@@ -1,7 +1,7 @@
 //! Direct light: choosing a light, drawing a point on it, and whether it is seen.
 
 use crate::ids::{LightId, MediumId};
-use crate::light::{AreaLight, Light};
+use crate::light::{AreaLight, InfiniteLight, Light};
 use crate::math::error::offset_origin;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::rng::Rng;
@@ -239,24 +239,28 @@ impl World {
             * self.light_choice.pmf(light.index())
     }
 
-    /// Radiance of the infinite lights from the unit direction `w`, each weighed by `weight` of its sampling density.
+    /// Radiance of the infinite lights from the unit direction `w`.
     #[inline]
-    pub fn environment(&self, w: Vec3, weight: impl Fn(f32) -> f32, needs_pdf: bool) -> Rgb {
-        let mut sum = Rgb::BLACK;
-        for &id in &self.infinite_lights {
-            if let Light::Infinite(light) = &self.lights[id.index()] {
-                let le = light.le(w);
-                if le.is_black() {
-                    continue;
-                }
-                let pdf = if needs_pdf {
-                    light.pdf_w(w) * self.light_choice.pmf(id.index())
-                } else {
-                    0.0
-                };
-                sum += le * weight(pdf);
-            }
-        }
-        sum
+    pub fn environment(&self, w: Vec3) -> Rgb {
+        self.infinite_lights().map(|(_, light)| light.le(w)).sum()
+    }
+
+    /// The same, each light weighed by `weight` of the density with which [`World::sample_light`] draws `w` on it.
+    #[inline]
+    pub fn environment_weighted(&self, w: Vec3, weight: impl Fn(f32) -> f32) -> Rgb {
+        self.infinite_lights()
+            .map(|(id, light)| {
+                let (le, pdf_w) = light.le_and_pdf(w);
+                le * weight(pdf_w * self.light_choice.pmf(id.index()))
+            })
+            .sum()
+    }
+
+    #[inline]
+    fn infinite_lights(&self) -> impl Iterator<Item = (LightId, &InfiniteLight)> {
+        self.infinite_lights.iter().filter_map(|&id| match &self.lights[id.index()] {
+            Light::Infinite(light) => Some((id, &**light)),
+            _ => None,
+        })
     }
 }

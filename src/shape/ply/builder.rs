@@ -38,7 +38,7 @@ impl Tally {
         self.count += 1;
     }
 
-    /// Counts the items for which `is_odd`, after a fast look whether there are any.
+    /// Counts the items for which `is_odd`.
     fn of<T>(items: &[T], is_odd: impl Fn(&T) -> bool) -> Self {
         let mut tally = Self::default();
         let odd = items.iter().enumerate().filter(|(_, item)| is_odd(item));
@@ -88,46 +88,57 @@ impl Builder {
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
         for &number in numbers {
-            corners.push(self.corner(number)?);
+            if number.fract() != 0.0 || number < 0.0 || number > f64::from(u32::MAX) {
+                return Err(self.no_vertex(number));
+            }
+            corners.push(number as u32);
         }
-        self.face(&corners, face_index as i32);
+        let added = self.face(&corners, face_index as i32);
         self.corners = corners;
-        Ok(())
+        added.map_err(|corner| self.no_vertex(f64::from(corner)))
     }
 
-    /// A corner of the next face, checked to be a vertex.
-    pub(super) fn corner(&self, index: f64) -> Result<u32, String> {
-        if index >= 0.0 && index < f64::from(self.n_vertices) && index.fract() == 0.0 {
-            Ok(index as u32)
-        } else {
-            Err(format!(
-                "face {} uses vertex {index}, but there are {} vertices",
-                self.n_faces, self.n_vertices
-            ))
-        }
-    }
-
-    /// Adds a face with corners that [`Builder::corner`] checked.
+    /// Adds a face, or gives back its first corner that is not a vertex.
     ///
     /// A quad becomes (0, 1, 2) and (3, 0, 2) as in pbrt-v3, which gives each half the corner order, and so the
     /// parametrisation, of the reference. Other polygons become a fan around their first corner.
-    pub(super) fn face(&mut self, corners: &[u32], face_index: i32) {
-        let first = self.mesh.triangles.len();
+    #[inline]
+    pub(super) fn face(&mut self, corners: &[u32], face_index: i32) -> Result<(), u32> {
+        if let Some(&corner) = corners.iter().find(|&&corner| corner >= self.n_vertices) {
+            return Err(corner);
+        }
         match *corners {
-            [] | [_] | [_, _] => self.short_faces.add(self.n_faces),
             [a, b, c] => self.mesh.triangles.push([a, b, c]),
             [a, b, c, d] => self.mesh.triangles.extend([[a, b, c], [d, a, c]]),
-            [a, ref rest @ ..] => {
-                let fan = rest.windows(2).map(|edge| [a, edge[0], edge[1]]);
-                self.mesh.triangles.extend(fan);
-                self.polygons.push((self.n_faces, first, rest.len() - 1));
-            }
+            _ => self.unusual_face(corners),
         }
         if self.has_face_indices {
             let n = self.mesh.triangles.len();
             self.mesh.face_indices.resize(n, face_index);
         }
         self.n_faces += 1;
+        Ok(())
+    }
+
+    /// Adds a face that is neither triangle nor quad.
+    fn unusual_face(&mut self, corners: &[u32]) {
+        let first = self.mesh.triangles.len();
+        match *corners {
+            [] | [_] | [_, _] => self.short_faces.add(self.n_faces),
+            [a, ref rest @ ..] => {
+                let fan = rest.windows(2).map(|edge| [a, edge[0], edge[1]]);
+                self.mesh.triangles.extend(fan);
+                self.polygons.push((self.n_faces, first, rest.len() - 1));
+            }
+        }
+    }
+
+    /// Says that a corner of the next face is not a vertex.
+    pub(super) fn no_vertex(&self, corner: f64) -> String {
+        format!(
+            "face {} uses vertex {corner}, but there are {} vertices",
+            self.n_faces, self.n_vertices
+        )
     }
 
     /// Checks what can be checked only now, and hands over the mesh.

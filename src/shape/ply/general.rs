@@ -4,7 +4,7 @@ use ply_rs_bw::parser::{ParseError, Parser};
 use ply_rs_bw::ply::{Encoding, Property, PropertyAccess, PropertyAccessResult};
 
 use super::builder::Builder;
-use super::header::{Element, Role, Use, first_line};
+use super::header::{Element, Header, Role, Use, first_line};
 use super::{Place, PlyError};
 
 /// The properties of one item, in the order of the declaration, which is the order in which ply-rs reads them.
@@ -44,33 +44,32 @@ pub(super) fn read_binary(
 }
 
 /// Reads the items of one element in ASCII, one per line; returns where they end.
-///
-/// `line` is the number of the line at `at`.
 pub(super) fn read_ascii(
     element: &Element,
+    header: &Header,
     bytes: &[u8],
     at: usize,
-    line: &mut usize,
     builder: &mut Builder,
 ) -> Result<usize, PlyError> {
     let parser = Parser::<Item>::new();
     let mut end = at;
+    let mut line = header.line_of(bytes, at) + 1;
     let mut index = 0;
     while index < element.n_items() {
-        let place = Place::Line(*line);
+        let place = Place::Line(line);
         let rest = &bytes[end..];
         if rest.is_empty() {
             return Err(ends_early(element, index, place));
         }
         let length = rest
             .iter()
-            .position(|&b| b == b'\n')
+            .position(|&b| b == header.line_end)
             .map_or(rest.len(), |n| n + 1);
         let text = str::from_utf8(&rest[..length])
             .map_err(|_| PlyError::invalid(place, "bytes that are not text"))?
             .trim();
         end += length;
-        *line += 1;
+        line += 1;
         if !text.is_empty() {
             let item = parser.read_ascii_element(text, &element.def);
             add(element, item, index, place, builder)?;

@@ -25,8 +25,8 @@ pub(super) struct Header {
     pub(super) encoding: Encoding,
     /// Offset of the body in the file.
     pub(super) body: usize,
-    /// Lines of the header.
-    pub(super) n_lines: usize,
+    /// The byte that ends a line: LF, or CR in files that know only CR.
+    pub(super) line_end: u8,
     /// Elements in the order of the body.
     pub(super) elements: Vec<Element>,
     /// Vertices declared, at most `i32::MAX`.
@@ -35,7 +35,7 @@ pub(super) struct Header {
     pub(super) has_normals: bool,
     /// Whether a pair of texture coordinates is there.
     pub(super) has_uvs: bool,
-    /// Whether faces list their corners.
+    /// Whether there are faces with corners.
     pub(super) has_faces: bool,
     /// Whether faces carry `face_indices`.
     pub(super) has_face_indices: bool,
@@ -75,7 +75,8 @@ pub(super) enum Use {
 impl Header {
     /// Reads and checks the header at the start of a file.
     pub(super) fn read(bytes: &[u8]) -> Result<Self, PlyError> {
-        let (text, body) = normalised(bytes)?;
+        let line_end = line_end(bytes)?;
+        let (text, body) = normalised(bytes, line_end)?;
         let header = Parser::<DefaultElement>::new()
             .read_header(&mut Reader::new(text.as_bytes()))
             .map_err(|error| {
@@ -114,7 +115,7 @@ impl Header {
             let message = format!("vertices have no property `{}`", SLOTS[slot]);
             return Err(PlyError::invalid(Place::File, message));
         }
-        let has_faces = faces.is_some_and(|e| e.uses.contains(&Use::Corners));
+        let has_faces = faces.is_some();
         if !has_faces && elements.iter().any(|e| e.def.name == "tristrips") {
             let message = "faces are given as triangle strips (element `tristrips`)";
             return Err(PlyError::unsupported(Place::File, message));
@@ -124,7 +125,7 @@ impl Header {
         Ok(Self {
             encoding: header.encoding,
             body,
-            n_lines: text.lines().count(),
+            line_end,
             n_vertices: n_vertices.unsigned_abs(),
             has_normals: has(3),
             has_uvs: has(6),
@@ -133,13 +134,25 @@ impl Header {
             elements,
         })
     }
+
+    /// The number of the line, from 1, in which the byte before `at` stands.
+    pub(super) fn line_of(&self, bytes: &[u8], at: usize) -> usize {
+        let before = &bytes[..at.saturating_sub(1)];
+        1 + before.iter().filter(|&&b| b == self.line_end).count()
+    }
 }
 
 impl Element {
     fn new(def: ElementDef) -> Result<Self, PlyError> {
         let role = match def.name.as_str() {
             "vertex" => Role::Vertex,
-            "face" => Role::Face,
+            "face"
+                if CORNERS
+                    .iter()
+                    .any(|name| def.properties.contains_key(*name)) =>
+            {
+                Role::Face
+            }
             _ => Role::Other,
         };
         let names: Vec<(&str, Use)> = match role {
@@ -203,33 +216,25 @@ fn vertex_uses(def: &ElementDef) -> Vec<(&'static str, Use)> {
     uses
 }
 
-/// Bytes of a scalar in binary bodies.
-pub(super) fn size_of(scalar: &ScalarType) -> usize {
-    match scalar {
-        ScalarType::Char | ScalarType::UChar => 1,
-        ScalarType::Short | ScalarType::UShort => 2,
-        ScalarType::Int | ScalarType::UInt | ScalarType::Float => 4,
-        ScalarType::Double => 8,
+/// The byte that ends the first line, which has to be `ply`.
+fn line_end(bytes: &[u8]) -> Result<u8, PlyError> {
+    match bytes {
+        [b'p', b'l', b'y', b'\r', b'\n', ..] | [b'p', b'l', b'y', b'\n', ..] => Ok(b'\n'),
+        [b'p', b'l', b'y', b'\r', ..] => Ok(b'\r'),
+        _ => {
+            let message = "the first line is not `ply`";
+            Err(PlyError::invalid(Place::Line(1), message))
+        }
     }
 }
 
 /// The header as ply-rs reads it, with as many lines as the file's: trimmed, ended by LF, comments (which may be in
 /// any character set) and blank lines emptied. And the offset of the body.
-fn normalised(bytes: &[u8]) -> Result<(String, usize), PlyError> {
-    let end = match bytes.get(..4) {
-        Some(b"ply\n") => "\n",
-        Some(b"ply\r") if bytes.get(4) == Some(&b'\n') => "\r\n",
-        Some(b"ply\r") => "\r",
-        _ => {
-            let message = "the first line is not `ply`";
-            return Err(PlyError::invalid(Place::Line(1), message));
-        }
-    };
-    let last = end.as_bytes()[end.len() - 1];
+fn normalised(bytes: &[u8], line_end: u8) -> Result<(String, usize), PlyError> {
     let mut text = String::new();
     let mut body = 0;
     let mut n_lines = 0;
-    for line in bytes.split_inclusive(|&byte| byte == last) {
+    for line in bytes.split_inclusive(|&byte| byte == line_end) {
         body += line.len();
         n_lines += 1;
         let line = line.trim_ascii();

@@ -7,8 +7,12 @@
 //! The format: Greg Turk, "The PLY Polygon File Format" (1994). Names and the cut of a quad follow pbrt-v3
 //! (`shapes/plymesh.cpp`); where pbrt-v3 drops a face or the whole mesh without need, the face is kept instead.
 //!
-//! Header and body are read by `ply-rs`.
+//! The header is read by `ply-rs`. Bodies are read by the readers of this module, and by `ply-rs` where the layout is
+//! not one they know; [`Route::General`] asks for `ply-rs` throughout, so that two independent readers check each
+//! other.
 
+mod ascii;
+mod binary;
 mod builder;
 mod general;
 mod header;
@@ -17,9 +21,10 @@ use std::borrow::Cow;
 use std::fmt;
 use std::io::Read;
 
+use ply_rs_bw::ply::Encoding;
+
 use builder::Builder;
 use header::Header;
-use ply_rs_bw::ply::Encoding;
 
 /// A mesh as stored, in object space. Every index of `triangles` is inside `positions`.
 #[derive(Clone, PartialEq, Default, Debug)]
@@ -184,6 +189,16 @@ impl fmt::Display for PlyError {
 
 impl std::error::Error for PlyError {}
 
+/// Which readers take the body of a file.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Route {
+    /// The fastest reader that knows each element's layout.
+    Fastest,
+    /// `ply-rs` for every element: many times slower, and in ASCII stricter about the spelling of numbers (no `nan`,
+    /// `inf`, `.5` or `1.`) and about lines (one for each item).
+    General,
+}
+
 /// Decodes a PLY file, plain or gzipped.
 ///
 /// Time and memory are bounded by the size of the input, whatever its header declares.
@@ -192,15 +207,36 @@ impl std::error::Error for PlyError {}
 ///
 /// See [`PlyError`]. An index outside the vertices is an error for the whole mesh.
 pub fn decode(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
+    decode_by(bytes, Route::Fastest)
+}
+
+/// As [`decode`], with a choice of readers.
+///
+/// # Errors
+///
+/// As [`decode`].
+pub fn decode_by(bytes: &[u8], route: Route) -> Result<PlyMesh, PlyError> {
     let bytes = plain(bytes)?;
     let header = Header::read(&bytes)?;
     let mut builder = Builder::new(&header);
     let mut at = header.body;
-    let mut line = header.n_lines + 1;
     for element in &header.elements {
-        at = match header.encoding {
-            Encoding::Ascii => general::read_ascii(element, &bytes, at, &mut line, &mut builder)?,
-            binary => general::read_binary(element, binary, &bytes, at, &mut builder)?,
+        at = match (header.encoding, route) {
+            (Encoding::Ascii, Route::Fastest) => {
+                ascii::read(element, &header, &bytes, at, &mut builder)?
+            }
+            (Encoding::Ascii, Route::General) => {
+                general::read_ascii(element, &header, &bytes, at, &mut builder)?
+            }
+            (encoding, route) => {
+                let known = (encoding == Encoding::BinaryLittleEndian && route == Route::Fastest)
+                    .then(|| binary::read(element, &bytes, at, &mut builder))
+                    .flatten();
+                match known {
+                    Some(end) => end?,
+                    None => general::read_binary(element, encoding, &bytes, at, &mut builder)?,
+                }
+            }
         };
     }
     Ok(builder.finish())
