@@ -252,7 +252,7 @@ impl CameraOptions {
     }
 
     pub(super) fn place(mut self, space: &RenderSpace) -> Camera {
-        self.desc.render_from_camera = space.from_world(&self.world_from_camera);
+        self.desc.render_from_camera = space.place(&self.world_from_camera);
         Camera::Perspective(Perspective::new(&self.desc))
     }
 }

@@ -203,7 +203,7 @@ fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diag
 }
 
 fn place(shape: LocalShape, space: &RenderSpace) -> Shape {
-    let render_from_object = space.from_world(&shape.world_from_object);
+    let render_from_object = space.place(&shape.world_from_object);
     let reverse_orientation = shape.entity.reverse_orientation;
     let mut mesh = match shape.local {
         Local::Form(form) => {

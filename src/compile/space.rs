@@ -71,7 +71,7 @@ impl RenderSpace {
     }
 
     /// Composes with a transform to world space.
-    pub(super) fn from_world(&self, world_from_local: &Transform) -> Transform {
+    pub(super) fn place(&self, world_from_local: &Transform) -> Transform {
         self.render_from_world.compose(world_from_local)
     }
 }
