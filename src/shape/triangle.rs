@@ -90,7 +90,7 @@ impl RayShear {
         let delta_t = 3.0
             * (gamma(3) * max_e * max_z + delta_e * max_z + delta_z * max_e)
             * inverse_det.abs();
-        (t > delta_t && t < t_max).then(|| ElementHit {
+        (t > delta_t && t < t_max).then_some(ElementHit {
             t,
             barycentric: [e0 * inverse_det, e1 * inverse_det],
         })
