@@ -10,13 +10,19 @@ use crate::compile::reader::ParamReader;
 use crate::compile::space::{self, RenderSpace};
 use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
-use crate::film::{FilmDesc, Filter, FilterTable};
+use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
 use crate::integrator::{Integrator, Path};
 use crate::math::Transform;
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
+/// Longest side of the full frame: crop windows are cut in single precision, which counts no further.
+const MAX_SIDE: u32 = 1 << 24;
+/// Most pixels of a picture.
+const MAX_PIXELS: usize = 1 << 30;
+/// Largest radius of a filter, in pixels: every block of pixels carries a border of this width.
+const MAX_FILTER_RADIUS: f64 = 256.0;
 
 pub(super) struct FilmOptions {
     pub(super) desc: FilmDesc,
@@ -52,8 +58,20 @@ pub(super) fn film(
         .optional_float("maxsampleluminance")
         .unwrap_or(f32::INFINITY);
     let filename = p.string("filename");
-    let window_span = p.span("cropwindow");
+    let (window_span, resolution_span) = (p.span("cropwindow"), p.span("xresolution"));
     p.finish();
+    let n_pixels = crop.width.saturating_mul(crop.height);
+    if n_pixels > MAX_PIXELS || resolution.iter().any(|&side| side > MAX_SIDE) {
+        let [width, height] = resolution;
+        let gigabytes = n_pixels as f64 * Film::BYTES_PER_PIXEL as f64 / 1e9;
+        let message = format!("a frame of {width} x {height} pixels is too large");
+        diagnostics.push(
+            Diagnostic::fatal("too-many-pixels", resolution_span, message)
+                .with_label(format!("the film alone would take {gigabytes:.0} GB"))
+                .with_help("render crop windows one by one and assemble them"),
+        );
+        return None;
+    }
     if resolution.contains(&0) || crop.width == 0 || crop.height == 0 {
         let message = "the picture has no pixels";
         diagnostics.push(Diagnostic::fatal("no-pixels", window_span, message));
@@ -114,7 +132,15 @@ fn filter(frame: &Frame, diagnostics: &mut Diagnostics) -> Option<FilterTable> {
             tau: p.float("tau") as f64,
         },
     };
+    let span = p.span("xwidth");
     p.finish();
+    if radius.iter().any(|&r| r > MAX_FILTER_RADIUS) {
+        let message = format!("a filter may reach {MAX_FILTER_RADIUS} pixels far, not more");
+        diagnostics.push(
+            Diagnostic::fatal("wide-filter", span, message).with_label("nothing is rendered"),
+        );
+        return None;
+    }
     Some(FilterTable::new(filter, radius))
 }
 

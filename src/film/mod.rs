@@ -95,6 +95,9 @@ impl FilmDesc {
 }
 
 impl Film {
+    /// What a pixel takes while it is made.
+    pub const BYTES_PER_PIXEL: usize = size_of::<PixelSum>();
+
     /// An empty film.
     pub fn new(desc: FilmDesc) -> Self {
         let n_pixels = desc.crop.width * desc.crop.height;

@@ -28,7 +28,7 @@ pub struct Counters {
     pub shadow_rays: u64,
     /// Collisions with a medium that scattered.
     pub medium_scatterings: u64,
-    /// Paths given up because they met more null surfaces in a row than the scene has.
+    /// Paths given up because they crossed more null surfaces in a row than a straight ray can meet.
     pub stuck_paths: u64,
 }
 

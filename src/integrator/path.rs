@@ -139,7 +139,7 @@ impl Path {
             let goes_on = !is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. });
             if !material.is_some() && goes_on {
                 crossings += 1;
-                if crossings > world.n_elements() + 1 {
+                if crossings > world.max_crossings() {
                     state.counters.stuck_paths += 1;
                     break;
                 }

@@ -56,7 +56,8 @@ impl Homogeneous {
         }
         let q = channel_weights(beta);
         let u = rng.uniform();
-        let channel = if u < q.r() {
+        // The last channel with a chance takes what rounding leaves of the unit interval.
+        let channel = if u < q.r() || q.g() + q.b() == 0.0 {
             0
         } else if u < q.r() + q.g() || q.b() == 0.0 {
             1

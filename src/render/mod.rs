@@ -115,7 +115,12 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         }
     };
     let bounds = film.sample_bounds();
-    let total = bounds.width as u64 * bounds.height as u64 * job.spp as u64;
+    let (width, height) = job
+        .pixel_bounds
+        .map_or((bounds.width, bounds.height), |pixels| {
+            overlap(&bounds, &pixels)
+        });
+    let total = width as u64 * height as u64 * job.spp as u64;
     let report = RenderReport::default();
     let schedule = Mutex::new(Schedule {
         next: 0,
@@ -145,7 +150,13 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
                 schedule.next += 1;
                 schedule.next - 1
             };
+            let release = ReleaseWaiting {
+                schedule: &schedule,
+                merged_some: &merged_some,
+                n_tasks,
+            };
             let result = render_block(job, &task(index));
+            drop(release);
             let mut schedule = lock(&schedule);
             schedule.pending.insert(index, result);
             schedule.merge_ready();
@@ -166,6 +177,22 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
     Rendered {
         image: schedule.film.develop(),
         report: schedule.report,
+    }
+}
+
+/// Sends everyone home if its thread panics: the task it holds will never be merged, and others may wait for that.
+struct ReleaseWaiting<'a> {
+    schedule: &'a Mutex<Schedule>,
+    merged_some: &'a Condvar,
+    n_tasks: usize,
+}
+
+impl Drop for ReleaseWaiting<'_> {
+    fn drop(&mut self) {
+        if std::thread::panicking() {
+            lock(self.schedule).next = self.n_tasks;
+            self.merged_some.notify_all();
+        }
     }
 }
 
@@ -211,6 +238,18 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
         }
     }
     BlockResult { film, report }
+}
+
+/// Width and height of what two rectangles share.
+fn overlap(a: &PixelRect, b: &PixelRect) -> (usize, usize) {
+    let shared = |a0: i32, a_length: usize, b0: i32, b_length: usize| {
+        let end = (a0 as i64 + a_length as i64).min(b0 as i64 + b_length as i64);
+        (end - a0.max(b0) as i64).max(0) as usize
+    };
+    (
+        shared(a.x0, a.width, b.x0, b.width),
+        shared(a.y0, a.height, b.y0, b.height),
+    )
 }
 
 fn holds(rect: &PixelRect, x: i32, y: i32) -> bool {

@@ -75,7 +75,9 @@ impl Mesh {
     /// Oriented geometric and shading normal at a point of a triangle.
     ///
     /// Where vertex normals exist they decide the side (negated by `ReverseOrientation`) and a mirroring
-    /// transform has no further say; otherwise the winding does.
+    /// transform has no further say; otherwise the winding does. `ReverseOrientation` cancels itself where normals are
+    /// missing but tangents exist, or where the interpolated normal vanishes: pbrt-v3 applies it to the face and then
+    /// again to the shading frame, which has the last word.
     fn oriented_normals(&self, triangle: u32, b: [f64; 3]) -> (DVec3, DVec3) {
         let face = self.face_normal(triangle);
         if let Some(n) = self
@@ -85,7 +87,9 @@ impl Mesh {
             let ns = if self.reverse_orientation { -n } else { n };
             return (if face.dot(ns) < 0.0 { -face } else { face }, ns);
         }
-        let ng = if self.reverse_orientation != self.swaps_handedness {
+        let has_frame = !self.normals.is_empty() || !self.tangents.is_empty();
+        let reverse = self.reverse_orientation && !has_frame;
+        let ng = if reverse != self.swaps_handedness {
             -face
         } else {
             face

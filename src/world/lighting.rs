@@ -5,7 +5,7 @@ use crate::light::{AreaLight, InfiniteLight, Light};
 use crate::math::error::offset_origin;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::rng::Rng;
-use crate::shape::{Shape, SurfacePoint};
+use crate::shape::{ElementHit, Shape, SurfacePoint};
 use crate::spectrum::Rgb;
 use crate::world::{ElementRef, Hit, World};
 
@@ -38,10 +38,9 @@ pub struct LightSample {
     t_max: f32,
     /// The surface aimed at.
     aim: Option<ElementRef>,
+    /// The surface aimed at is met from behind.
+    aims_at_back: bool,
 }
-
-/// Fraction of the distance within which a second hit of the quadric aimed at counts as the point itself.
-const SAME_QUADRIC: f32 = 1e-3;
 
 impl World {
     /// Power of a light in render-space units, for choosing among lights.
@@ -109,6 +108,7 @@ impl World {
                     shadow,
                     t_max: f32::INFINITY,
                     aim: None,
+                    aims_at_back: false,
                 })
             }
             Light::Area(area) => self.sample_area_light(area, at, u, pmf),
@@ -129,6 +129,7 @@ impl World {
             },
             t_max: f32::INFINITY,
             aim: None,
+            aims_at_back: false,
         }
     }
 
@@ -156,6 +157,7 @@ impl World {
                 geometry: area.geometry,
                 element: area.element,
             }),
+            aims_at_back: sample.ng.dot(wi) > 0.0,
         })
     }
 
@@ -180,7 +182,8 @@ impl World {
     }
 
     /// Whether a surface found at distance `t` stands between the receiver and the point aimed at. The flat element
-    /// that holds the point cannot; a curved one may, but not right at the point.
+    /// that holds the point cannot. A line meets an ellipsoid at most twice, from opposite sides: a hit from the side
+    /// that is aimed at is the point itself.
     #[inline]
     fn occludes(&self, sample: &LightSample, target: ElementRef, t: f32) -> bool {
         if Some(target) != sample.aim {
@@ -188,7 +191,14 @@ impl World {
         }
         match &self.geometry(target.geometry).shape {
             Shape::Mesh(_) => false,
-            Shape::Quadric(_) => t < sample.t_max * (1.0 - SAME_QUADRIC),
+            shape @ Shape::Quadric(_) => {
+                let hit = ElementHit {
+                    t,
+                    barycentric: [0.0; 2],
+                };
+                let ng = shape.surface(target.element, &sample.shadow, &hit).ng;
+                (ng.dot(sample.shadow.d) > 0.0) != sample.aims_at_back
+            }
         }
     }
 

@@ -57,8 +57,7 @@ impl World {
     ) -> Rgb {
         let mut tr = Rgb::ONE;
         let mut travelled = 0.0;
-        // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
-        for _ in 0..2 * self.n_elements() + 2 {
+        for _ in 0..=self.max_crossings() {
             *n_rays += 1;
             let hit = self.closest_where(&ray, t_max, |target, t| counts(target, travelled + t));
             if let Some(hit) = &hit

@@ -163,6 +163,13 @@ impl World {
         self.elements.len()
     }
 
+    /// Most surfaces a straight ray can pass: each element twice, as an ellipsoid is entered and left. A ray that
+    /// crosses more of them is stuck.
+    #[inline]
+    pub fn max_crossings(&self) -> usize {
+        2 * self.elements.len()
+    }
+
     /// Box around all surfaces; empty if there are none.
     pub fn bounds(&self) -> Bounds3 {
         self.bvh.bounds()
