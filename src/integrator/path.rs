@@ -234,7 +234,7 @@ impl State<'_> {
     fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein) -> bool {
         let p = self.ray.at(t);
         let wo = -self.ray.d;
-        let (u_light, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         if !phase.is_delta() {
             let at = Receiver {
                 p,
@@ -286,7 +286,7 @@ impl State<'_> {
                 MediumId::NONE
             }
         };
-        let (u_light, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         if bsdf.has_non_specular() {
             let at = Receiver {
                 p: surface.p,

@@ -65,7 +65,7 @@ impl World {
     }
 
     /// Chooses a light by `u_light` and a point on it by `u`. `None` where nothing can arrive.
-    pub fn sample_light(&self, at: &Receiver, u_light: f32, u: [f32; 2]) -> Option<LightSample> {
+    pub fn sample_light(&self, at: &Receiver, u_light: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, pmf) = self.light_choice.sample(u_light)?;
         match &self.lights[index] {
             Light::Point(point) => {
