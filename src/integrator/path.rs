@@ -113,6 +113,7 @@ impl Path {
                         crossings = 0;
                         let phase = medium.phase();
                         if state.bounces >= self.max_depth
+                            || state.beta.is_black()
                             || !state.scatter_in_medium(t, phase)
                             || !self.survives(&mut state)
                         {
@@ -234,7 +235,7 @@ impl State<'_> {
     fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein) -> bool {
         let p = self.ray.at(t);
         let wo = -self.ray.d;
-        let (u_light, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         if !phase.is_delta() {
             let at = Receiver {
                 p,
@@ -286,7 +287,7 @@ impl State<'_> {
                 MediumId::NONE
             }
         };
-        let (u_light, u) = (self.sampler.get_1d(), self.sampler.get_2d());
+        let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         if bsdf.has_non_specular() {
             let at = Receiver {
                 p: surface.p,
@@ -360,5 +361,51 @@ impl State<'_> {
                 self.radiance += contribution;
             }
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::{LightId, MaterialId};
+    use crate::light::{InfiniteLight, Light};
+    use crate::math::Transform;
+    use crate::shape::quadric::{Form, Sphere};
+    use crate::shape::{Quadric, Shape};
+    use crate::world::{Geometry, WorldParts};
+
+    #[test]
+    fn v19_nested_null_surfaces_are_passed_as_often_as_they_are_met() {
+        let shell = |radius: f64| {
+            let sphere = Sphere::new(radius, -radius, radius, std::f64::consts::TAU);
+            Geometry {
+                shape: Shape::Quadric(Quadric::new(
+                    Form::Sphere(sphere),
+                    Transform::IDENTITY,
+                    false,
+                )),
+                material: MaterialId::NONE,
+                media: None,
+                first_light: LightId::NONE,
+            }
+        };
+        let world = World::new(WorldParts {
+            geometries: [1.0, 0.75, 0.5, 0.5].map(shell).into(),
+            lights: vec![Light::Infinite(Box::new(InfiniteLight::constant(Rgb::ONE)))],
+            ..WorldParts::default()
+        });
+        let path = Path {
+            max_depth: 1,
+            rr_threshold: 1.0,
+        };
+        let ray = Ray {
+            o: Point3::new(0.0, 0.1, -3.0),
+            d: Vec3::new(0.0, 0.0, 1.0),
+            time: 0.0,
+        };
+        let mut counters = Counters::default();
+        let mut sampler = Sampler::new(0, [0, 0], 0);
+        let radiance = path.li::<true>(&world, ray, None, &mut sampler, &mut counters);
+        assert_eq!((radiance, counters.stuck_paths), (Rgb::ONE, 0));
     }
 }

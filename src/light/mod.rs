@@ -90,7 +90,7 @@ impl LightChoice {
 
     /// An index and its probability; `None` when there are no lights.
     #[inline]
-    pub fn sample(&self, u: f32) -> Option<(usize, f32)> {
+    pub fn sample(&self, u: f64) -> Option<(usize, f32)> {
         match (&self.table, self.n_lights) {
             (_, 0) => None,
             (_, 1) => Some((0, 1.0)),
@@ -98,7 +98,7 @@ impl LightChoice {
                 let chosen = table.sample(u);
                 Some((chosen.index, chosen.pmf))
             }
-            (None, n) => Some((((u * n as f32) as usize).min(n - 1), 1.0 / n as f32)),
+            (None, n) => Some((((u * n as f64) as usize).min(n - 1), 1.0 / n as f32)),
         }
     }
 

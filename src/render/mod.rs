@@ -67,7 +67,7 @@ pub struct RenderReport {
 
 /// Someone who watches a picture grow.
 pub trait Progress: Sync {
-    /// `done` of `total` camera samples are taken.
+    /// `done` of `total` camera samples are taken. Called by all threads; numbers may come out of order.
     fn samples_done(&self, done: u64, total: u64);
 }
 
@@ -161,7 +161,9 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
             schedule.pending.insert(index, result);
             schedule.merge_ready();
             merged_some.notify_all();
-            progress.samples_done(schedule.report.samples, total);
+            let done = schedule.report.samples;
+            drop(schedule);
+            progress.samples_done(done, total);
         }
     };
     rayon::scope(|scope| {

@@ -180,9 +180,10 @@ impl Mesh {
             .corners(triangle)
             .map(|p| DVec3::from(p.map(f64::from)));
         let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
-        // The weights carry the rounding of the edge functions (γ(7) covers it and the final rounding to f32).
+        // Whatever rounding made of the weights, they sum to 1, so that p lies in the plane of the triangle but for the
+        // rounding to f32 (γ(1)); twice that also covers the f64 terms and the bound itself.
         let spread = corners[0].abs() * b[0] + corners[1].abs() * b[1] + corners[2].abs() * b[2];
-        (Point3::from_f64(p), Vec3::from_f64(spread.abs()) * gamma(7))
+        (Point3::from_f64(p), Vec3::from_f64(spread.abs()) * gamma(2))
     }
 
     /// See [`crate::shape::Shape::sample_toward`]: uniform by area.

@@ -65,7 +65,7 @@ impl World {
     }
 
     /// Chooses a light by `u_light` and a point on it by `u`. `None` where nothing can arrive.
-    pub fn sample_light(&self, at: &Receiver, u_light: f32, u: [f32; 2]) -> Option<LightSample> {
+    pub fn sample_light(&self, at: &Receiver, u_light: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, pmf) = self.light_choice.sample(u_light)?;
         match &self.lights[index] {
             Light::Point(point) => {
@@ -272,5 +272,60 @@ impl World {
             Light::Infinite(light) => Some((id, &**light)),
             _ => None,
         })
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::{GeometryId, MaterialId};
+    use crate::math::Transform;
+    use crate::shape::Quadric;
+    use crate::shape::quadric::{Form, Sphere};
+    use crate::world::{Geometry, WorldParts};
+
+    #[test]
+    fn a_distant_ellipsoid_does_not_shine_through_its_own_near_side() {
+        let (radius, stretch, distance) = (0.01, 2.0, 50.0);
+        let sphere = Sphere::new(radius, -radius, radius, std::f64::consts::TAU);
+        let stretched = glam::DAffine3::from_scale(glam::DVec3::new(1.0, 1.0, stretch));
+        let placed = Transform::from_affine(stretched).expect("it has an inverse");
+        let world = World::new(WorldParts {
+            geometries: vec![Geometry {
+                shape: Shape::Quadric(Quadric::new(Form::Sphere(sphere), placed, false)),
+                material: MaterialId::NONE,
+                media: None,
+                first_light: LightId::new(0),
+            }],
+            lights: vec![Light::Area(AreaLight {
+                geometry: GeometryId::new(0),
+                element: 0,
+                radiance: Rgb::ONE,
+                two_sided: true,
+            })],
+            ..WorldParts::default()
+        });
+        let at = Receiver {
+            p: Point3::new(distance, 0.0, 0.0),
+            p_err: Vec3::ZERO,
+            ng: Normal3::ZERO,
+            time: 0.0,
+        };
+        let mut rng = Rng::new(1);
+        let n = 100_000;
+        let (mut sum, mut sum2) = (0.0, 0.0);
+        for _ in 0..n {
+            let sample = world.sample_light(&at, 0.5, rng.uniform2());
+            let seen = sample.filter(|sample| !world.is_occluded(sample));
+            let value = seen.map_or(0.0, |sample| (sample.radiance.r() / sample.pdf) as f64);
+            (sum, sum2) = (sum + value, sum2 + value * value);
+        }
+        let mean = sum / n as f64;
+        let sigma = ((sum2 / n as f64 - mean * mean) / n as f64).sqrt();
+        let solid_angle = std::f64::consts::PI * radius * radius * stretch / f64::from(distance).powi(2);
+        assert!(
+            (mean - solid_angle).abs() < 4.0 * sigma + 1e-3 * solid_angle,
+            "{mean} +- {sigma} for {solid_angle}"
+        );
     }
 }
