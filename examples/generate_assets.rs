@@ -94,8 +94,7 @@ fn cloud() -> Result<String, std::fmt::Error> {
                     .ln()
                     / 4.0;
                 let base = ((p.z - 0.22) / 0.10).clamp(0.0, 1.0);
-                let density =
-                    ((body + 0.5 * fractal(p * 3.4) - 0.12) * 5.0).clamp(0.0, 1.0) * base;
+                let density = ((body + 0.5 * fractal(p * 3.4) - 0.12) * 5.0).clamp(0.0, 1.0) * base;
                 let hundredths = (density * 100.0).round();
                 write!(text, "{} ", hundredths / 100.0)?;
             }

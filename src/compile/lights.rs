@@ -85,9 +85,7 @@ fn light(
             let world = world_from_light.point(DVec3::ZERO) + point(p.point3("from"));
             p.finish();
             let scale2 = space.scale() * space.scale();
-            let position = space
-                .place(&crate::math::Transform::IDENTITY)
-                .point(world);
+            let position = space.place(&crate::math::Transform::IDENTITY).point(world);
             let intensity = emission?.map(|c| (c as f64 * scale2) as f32);
             Some(Light::Point(PointLight {
                 p: Point3::from_f64(position),
