@@ -387,6 +387,7 @@ mod tests {
                 material: MaterialId::NONE,
                 media: None,
                 first_light: LightId::NONE,
+                object: crate::ids::ObjectId::NONE,
             }
         };
         let world = World::new(WorldParts {

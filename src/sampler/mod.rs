@@ -144,4 +144,36 @@ mod tests {
             );
         }
     }
+
+    #[test]
+    fn every_sample_is_uniform_over_pixels() {
+        // Whatever the sample's index, over pixels it takes every place alike: no pixel's estimate is biased.
+        const N: usize = 1 << 18;
+        const BINS: usize = 16;
+        for sample in [0, 1, 5, 15, 63] {
+            for skip in [0, 2, 9] {
+                let mut counts = vec![0f64; BINS * BINS * BINS];
+                for pixel in 0..N as i32 {
+                    let mut sampler = Sampler::new(0, [pixel % 512, pixel / 512], sample);
+                    for _ in 0..skip {
+                        sampler.get_2d();
+                    }
+                    let ([x, y], z) = (sampler.get_2d(), sampler.get_1d());
+                    let bin = |u: f32| (u * BINS as f32) as usize;
+                    counts[(bin(x) * BINS + bin(y)) * BINS + bin(z)] += 1.0;
+                }
+                let expected = N as f64 / counts.len() as f64;
+                let chi2: f64 = counts
+                    .iter()
+                    .map(|c| (c - expected).powi(2) / expected)
+                    .sum();
+                let freedom = (counts.len() - 1) as f64;
+                let z = (chi2 - freedom) / (2.0 * freedom).sqrt();
+                assert!(
+                    z.abs() < 5.0,
+                    "sample {sample}, dimension {skip}: {z} sigma"
+                );
+            }
+        }
+    }
 }

@@ -298,6 +298,7 @@ mod tests {
                 material: MaterialId::NONE,
                 media: None,
                 first_light: LightId::new(0),
+                object: crate::ids::ObjectId::NONE,
             }],
             lights: vec![Light::Area(AreaLight {
                 geometry: GeometryId::new(0),
@@ -324,7 +325,8 @@ mod tests {
         }
         let mean = sum / n as f64;
         let sigma = ((sum2 / n as f64 - mean * mean) / n as f64).sqrt();
-        let solid_angle = std::f64::consts::PI * radius * radius * stretch / f64::from(distance).powi(2);
+        let solid_angle =
+            std::f64::consts::PI * radius * radius * stretch / f64::from(distance).powi(2);
         assert!(
             (mean - solid_angle).abs() < 4.0 * sigma + 1e-3 * solid_angle,
             "{mean} +- {sigma} for {solid_angle}"
