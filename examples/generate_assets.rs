@@ -94,8 +94,7 @@ fn cloud() -> Result<String, std::fmt::Error> {
                     .ln()
                     / 4.0;
                 let base = ((p.z - 0.22) / 0.10).clamp(0.0, 1.0);
-                let density =
-                    ((body + 0.45 * fractal(p * 3.0) - 0.05) * 3.0).clamp(0.0, 1.0) * base;
+                let density = ((body + 0.5 * fractal(p * 3.4) - 0.12) * 5.0).clamp(0.0, 1.0) * base;
                 let hundredths = (density * 100.0).round();
                 write!(text, "{} ", hundredths / 100.0)?;
             }
@@ -109,7 +108,7 @@ fn cloud() -> Result<String, std::fmt::Error> {
 fn sky() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     const WIDTH: usize = 256;
     const HEIGHT: usize = 128;
-    let sun = DVec3::new(-0.75, -0.55, 0.42).normalize();
+    let sun = DVec3::new(-0.80, -0.30, 0.45).normalize();
     let mut data = Vec::with_capacity(WIDTH * HEIGHT * 3);
     for y in 0..HEIGHT {
         for x in 0..WIDTH {
@@ -122,7 +121,7 @@ fn sky() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
             );
             let zenith = DVec3::new(0.10, 0.22, 0.55);
             let horizon = DVec3::new(0.55, 0.62, 0.70);
-            let ground = DVec3::new(0.16, 0.15, 0.13);
+            let ground = DVec3::new(0.20, 0.22, 0.19);
             let mut rgb = if d.z > 0.0 {
                 horizon.lerp(zenith, d.z.sqrt())
             } else {
@@ -131,7 +130,7 @@ fn sky() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
             let cos_sun = d.dot(sun);
             rgb += DVec3::new(1.0, 0.7, 0.4) * 0.6 * cos_sun.max(0.0).powi(24);
             if cos_sun > 0.9986 {
-                rgb += DVec3::new(1.0, 0.82, 0.6) * 700.0;
+                rgb += DVec3::new(1.0, 0.82, 0.6) * 420.0;
             }
             data.extend(rgb.to_array().map(|c| c as f32));
         }

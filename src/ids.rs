@@ -52,6 +52,10 @@ id! {
     FloatTextureId,
     /// A colour texture.
     SpectrumTextureId,
+    /// Geometry that instances share.
+    ObjectId,
+    /// A placement of an object.
+    InstanceId,
     /// A decoded image with its pyramid.
     ImageId,
 }

@@ -240,7 +240,7 @@ mod tests {
             let (bvh, order) = Bvh::build(&boxes);
             let mut rng = Rng::new(1);
             for k in 0..500 {
-                let o = Point3::from(boxes[rng.next_u32() as usize % n].min);
+                let o = boxes[rng.next_u32() as usize % n].min;
                 let mut d = uniform_sphere(rng.uniform2());
                 if k % 3 == 0 {
                     d = [Vec3::new(1.0, 0.0, -0.0), Vec3::new(-0.0, -1.0, 0.0)][k % 2];

@@ -13,14 +13,14 @@
 use glam::DVec3;
 
 use crate::camera::CameraSample;
-use crate::math::{Point3, Ray, Transform, Vec3};
+use crate::math::{Motion, Point3, Ray, Transform, Vec3};
 use crate::sampling::warp::concentric_disk;
 
 /// What shapes a perspective camera, in camera space: +x right, +y up, +z forward.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct PerspectiveDesc {
     /// Camera to render space. Need not keep lengths: rays are normalised.
-    pub render_from_camera: Transform,
+    pub render_from_camera: Motion,
     /// Full frame in pixels.
     pub resolution: [u32; 2],
     /// x0, x1, y0, y1 on the plane z = 1 / tan(fov / 2).
@@ -38,7 +38,7 @@ pub struct PerspectiveDesc {
 /// A perspective camera.
 #[derive(Clone, Debug)]
 pub struct Perspective {
-    render_from_camera: Transform,
+    render_from_camera: Motion,
     /// Direction in camera space (z = 1) of raster point (0, 0), and its change per pixel in x and in y.
     corner: DVec3,
     dx: f64,
@@ -50,7 +50,7 @@ pub struct Perspective {
 
 impl Perspective {
     /// Sets up the camera.
-    pub fn new(desc: &PerspectiveDesc) -> Self {
+    pub fn new(desc: PerspectiveDesc) -> Self {
         let tan = (desc.fov * 0.5).tan();
         let [x0, x1, y0, y1] = desc.screen_window.map(|s| s * tan);
         let [width, height] = desc.resolution.map(f64::from);
@@ -78,10 +78,15 @@ impl Perspective {
             d = d * self.focal_distance - o;
         }
         let [open, close] = self.shutter;
+        let time = open + (close - open) * sample.time;
+        // A motion that is singular for a moment shows what it shows at its start.
+        let moved = self.render_from_camera.at(time);
+        let placed = moved.or_else(|| self.render_from_camera.at(f32::NEG_INFINITY));
+        let render_from_camera = placed.unwrap_or(Transform::IDENTITY);
         Ray {
-            o: Point3::from_f64(self.render_from_camera.point(o)),
-            d: Vec3::from_f64(self.render_from_camera.vector(d).normalize()),
-            time: open + (close - open) * sample.time,
+            o: Point3::from_f64(render_from_camera.point(o)),
+            d: Vec3::from_f64(render_from_camera.vector(d).normalize()),
+            time,
         }
     }
 }

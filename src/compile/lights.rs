@@ -76,7 +76,7 @@ fn light(
     );
     let start = light.world_from_light.start;
     let world_from_light = space::transform(start, entity.span, diagnostics)?;
-    let render_from_light = space.from_world(&world_from_light);
+    let render_from_light = space.place(&world_from_light);
     let point = |p: [f32; 3]| DVec3::from(p.map(f64::from));
     let mut p = ParamReader::new(plugin, entity, diagnostics);
     match name {
@@ -85,9 +85,7 @@ fn light(
             let world = world_from_light.point(DVec3::ZERO) + point(p.point3("from"));
             p.finish();
             let scale2 = space.scale() * space.scale();
-            let position = space
-                .from_world(&crate::math::Transform::IDENTITY)
-                .point(world);
+            let position = space.place(&crate::math::Transform::IDENTITY).point(world);
             let intensity = emission?.map(|c| (c as f64 * scale2) as f32);
             Some(Light::Point(PointLight {
                 p: Point3::from_f64(position),

@@ -139,7 +139,7 @@ impl<'a> Media<'a> {
         };
         let render_from_unit = self
             .space
-            .from_world(&world_from_medium.compose(&medium_from_unit));
+            .place(&world_from_medium.compose(&medium_from_unit));
         Some(Medium::Grid(GridMedium::new(
             DensityGrid::new(n, &density),
             &render_from_unit.inverse(),

@@ -4,10 +4,12 @@
 //! lights they lead to. What nothing leads to is neither opened nor decoded nor built.
 
 mod assets;
+mod geometry;
 mod lights;
 mod materials;
 mod media;
 mod options;
+mod placement;
 pub mod reader;
 mod shapes;
 mod space;
@@ -90,31 +92,27 @@ fn build(
     options::accelerator(frame, diagnostics);
     let camera = options::camera(frame, film.as_ref(), diagnostics);
 
-    let loaded = shapes::load(frame, assets, diagnostics);
+    let loaded = geometry::load(frame, assets, diagnostics);
+    let n_objects_skipped = loaded.n_objects_skipped();
     let (film, samples, integrator, camera) = (film?, samples?, integrator?, camera?);
     let space = space::RenderSpace::new(loaded.world_bounds(), camera.position());
 
-    let mut media = media::Media::new(frame, &space, assets, integrator.volumetric);
-    let mut textures = textures::TextureBuilder::new(frame, assets);
-    let mut materials = materials::MaterialBuilder::new(frame);
+    let mut builders = geometry::Builders {
+        media: media::Media::new(frame, &space, assets, integrator.volumetric),
+        textures: textures::TextureBuilder::new(frame, assets),
+        materials: materials::MaterialBuilder::new(frame),
+        assets,
+    };
     let mut parts = WorldParts {
         choose_lights_by_power: integrator.choose_lights_by_power,
+        shutter: camera.shutter(),
         ..WorldParts::default()
     };
-    loaded.place(
-        frame,
-        &space,
-        &mut materials,
-        &mut textures,
-        &mut media,
-        assets,
-        &mut parts,
-        diagnostics,
-    );
-    parts.camera_medium = frame
-        .camera
-        .medium
-        .map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
+    loaded.place(frame, &space, &mut builders, &mut parts, diagnostics);
+    parts.camera_medium = match frame.camera.medium {
+        Some(medium) => builders.media.id(medium, diagnostics),
+        None => MediumId::NONE,
+    };
     lights::build(frame, &space, assets, &mut parts.lights, diagnostics);
     if parts.lights.is_empty() {
         diagnostics.push(
@@ -123,11 +121,17 @@ fn build(
         );
     }
 
+    let geometry::Builders {
+        media,
+        textures,
+        materials,
+        ..
+    } = builders;
     let skipped = Skipped {
         textures: textures.skipped(),
         materials: materials.skipped(),
         media: media.skipped(),
-        objects: frame.objects.len(),
+        objects: n_objects_skipped,
     };
     parts.materials = materials.finish();
     parts.textures = textures.finish();

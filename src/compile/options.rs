@@ -6,14 +6,15 @@ use tyndall_parser::schema::Family;
 
 use crate::camera::perspective::PerspectiveDesc;
 use crate::camera::{Camera, Perspective};
+use crate::compile::placement::{Placement, placement};
 use crate::compile::reader::ParamReader;
-use crate::compile::space::{self, RenderSpace};
+use crate::compile::space::RenderSpace;
 use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
 use crate::integrator::{Integrator, Path};
-use crate::math::Transform;
+use crate::math::{Motion, Transform};
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
@@ -267,19 +268,31 @@ pub(super) fn accelerator(frame: &Frame, diagnostics: &mut Diagnostics) {
 
 /// A camera that waits for its place in render space.
 pub(super) struct CameraOptions {
-    world_from_camera: Transform,
+    world_from_camera: Placement,
     desc: PerspectiveDesc,
 }
 
 impl CameraOptions {
     /// Where the camera stands in world space.
     pub(super) fn position(&self) -> DVec3 {
-        self.world_from_camera.point(DVec3::ZERO)
+        self.world_from_camera.ends()[0].point(DVec3::ZERO)
+    }
+
+    /// Times in which rays exist.
+    pub(super) fn shutter(&self) -> [f64; 2] {
+        self.desc.shutter.map(f64::from)
     }
 
     pub(super) fn place(mut self, space: &RenderSpace) -> Camera {
-        self.desc.render_from_camera = space.from_world(&self.world_from_camera);
-        Camera::Perspective(Perspective::new(&self.desc))
+        self.desc.render_from_camera = match self.world_from_camera {
+            Placement::Still(transform) => Motion::Still(space.place(&transform)),
+            Placement::Moving(moving) => Motion::Moving {
+                outer: space.place(&Transform::IDENTITY),
+                links: Box::new([*moving]),
+                inner: Transform::IDENTITY,
+            },
+        };
+        Camera::Perspective(Perspective::new(self.desc))
     }
 }
 
@@ -301,14 +314,7 @@ pub(super) fn camera(
         return None;
     }
     let pair = frame.camera.world_from_camera;
-    if pair.start != pair.end {
-        diagnostics.push(unsupported(
-            "a moving camera",
-            entity.span,
-            "its start is used",
-        ));
-    }
-    let world_from_camera = space::transform(pair.start, entity.span, diagnostics)?;
+    let world_from_camera = placement(pair, frame.transform_times, entity.span, diagnostics)?;
     let mut p = ParamReader::new(plugin, entity, diagnostics);
     let resolution = film.map_or([1, 1], |film| film.desc.resolution);
     let aspect = p
@@ -334,7 +340,7 @@ pub(super) fn camera(
         shutter.swap(0, 1);
     }
     let desc = PerspectiveDesc {
-        render_from_camera: Transform::IDENTITY,
+        render_from_camera: Motion::Still(Transform::IDENTITY),
         resolution,
         screen_window,
         fov: fov.to_radians(),

@@ -9,6 +9,7 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Span;
 
 use crate::math::Transform;
+use crate::math::animated::corners_of;
 use crate::math::transform::power_of_two_near;
 
 /// The map from world to render space.
@@ -36,6 +37,21 @@ impl WorldBounds {
             self.min = self.min.min(p);
             self.max = self.max.max(p);
         }
+    }
+
+    /// The middle; the origin of an empty box.
+    pub(super) fn center(&self) -> DVec3 {
+        let center = self.min * 0.5 + self.max * 0.5;
+        if center.is_finite() {
+            center
+        } else {
+            DVec3::ZERO
+        }
+    }
+
+    /// The eight corners; not finite for an empty box.
+    pub(super) fn corners(&self) -> [DVec3; 8] {
+        corners_of([self.min, self.max])
     }
 
     pub(super) fn union(self, other: Self) -> Self {
@@ -71,7 +87,7 @@ impl RenderSpace {
     }
 
     /// Composes with a transform to world space.
-    pub(super) fn from_world(&self, world_from_local: &Transform) -> Transform {
+    pub(super) fn place(&self, world_from_local: &Transform) -> Transform {
         self.render_from_world.compose(world_from_local)
     }
 }

@@ -62,11 +62,14 @@ impl EnvironmentMap {
     pub(super) fn new(map: &Image) -> Option<Self> {
         let (width, height) = (map.width(), map.height());
         let mut texels = vec![[0.0; 3]; width * height];
-        texels.par_chunks_exact_mut(width).enumerate().for_each(|(y, line)| {
-            for (x, texel) in line.iter_mut().enumerate() {
-                *texel = map.rgb(x, y).to_array();
-            }
-        });
+        texels
+            .par_chunks_exact_mut(width)
+            .enumerate()
+            .for_each(|(y, line)| {
+                for (x, texel) in line.iter_mut().enumerate() {
+                    *texel = map.rgb(x, y).to_array();
+                }
+            });
         // Row j of patches spans polar angles (j + ½) π / h to (j + 3/2) π / h; the last one wraps over both poles.
         let step = std::f64::consts::PI / height as f64;
         let sines: Vec<f64> = (0..height)
@@ -92,7 +95,10 @@ impl EnvironmentMap {
                             + luminance(x + 1, y + 1))
                     })
                     .collect();
-                (Cumulative::new(&weights), weights.iter().sum::<f64>() * sines[y])
+                (
+                    Cumulative::new(&weights),
+                    weights.iter().sum::<f64>() * sines[y],
+                )
             })
             .collect();
         let (columns, sums): (Vec<Cumulative>, Vec<f64>) = rows.into_iter().unzip();
@@ -123,7 +129,12 @@ impl EnvironmentMap {
         let next = |i: usize, n: usize| if i + 1 == n { 0 } else { i + 1 };
         let (x1, y1) = (next(column, self.width), next(row, self.height));
         let texel = |x: usize, y: usize| Rgb::from_array(self.texels[y * self.width + x]);
-        let corners = [texel(column, row), texel(x1, row), texel(column, y1), texel(x1, y1)];
+        let corners = [
+            texel(column, row),
+            texel(x1, row),
+            texel(column, y1),
+            texel(x1, y1),
+        ];
         Patch { corners, row }
     }
 

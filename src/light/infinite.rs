@@ -58,7 +58,10 @@ impl PlacedMap {
 impl InfiniteLight {
     /// The same radiance from everywhere.
     pub fn constant(radiance: Rgb) -> Self {
-        Self { radiance, map: None }
+        Self {
+            radiance,
+            map: None,
+        }
     }
 
     /// `radiance` times a map in latitude and longitude, top row first, with non-negative finite values.
@@ -75,7 +78,10 @@ impl InfiniteLight {
             render_from_map: render_from_map.as_mat3().into(),
             determinant: render_from_map.determinant().abs() as f32,
         };
-        Some(Self { radiance, map: Some(map) })
+        Some(Self {
+            radiance,
+            map: Some(map),
+        })
     }
 
     /// Radiance that arrives from the unit direction `w` of render space.
@@ -90,10 +96,15 @@ impl InfiniteLight {
     /// Radiance from the unit direction `w`, and the density of [`InfiniteLight::sample`] there in sr⁻¹.
     #[inline]
     pub fn le_and_pdf(&self, w: Vec3) -> (Rgb, f32) {
-        let Some(placed) = &self.map else { return (self.radiance, UNIFORM_SPHERE_PDF) };
+        let Some(placed) = &self.map else {
+            return (self.radiance, UNIFORM_SPHERE_PDF);
+        };
         let in_map = placed.to_map(w);
         let (value, pdf_w) = placed.map.radiance_and_pdf(in_map);
-        (self.radiance * value, pdf_w * placed.jacobian(placed.render_from_map * in_map))
+        (
+            self.radiance * value,
+            pdf_w * placed.jacobian(placed.render_from_map * in_map),
+        )
     }
 
     /// Draws a direction: by the map's brightness, or uniformly where there is none.
@@ -101,18 +112,32 @@ impl InfiniteLight {
     pub fn sample(&self, u: [f32; 2]) -> Option<EnvironmentSample> {
         let Some(placed) = &self.map else {
             let wi = uniform_sphere(u);
-            return Some(EnvironmentSample { wi, radiance: self.radiance, pdf_w: UNIFORM_SPHERE_PDF });
+            return Some(EnvironmentSample {
+                wi,
+                radiance: self.radiance,
+                pdf_w: UNIFORM_SPHERE_PDF,
+            });
         };
         let drawn = placed.map.sample(u)?;
         let stretched = placed.render_from_map * drawn.direction;
         let pdf_w = drawn.pdf_w * placed.jacobian(stretched);
         let radiance = self.radiance * drawn.radiance;
-        (pdf_w > 0.0).then(|| EnvironmentSample { wi: Vec3(stretched).normalize(), radiance, pdf_w })
+        (pdf_w > 0.0).then(|| EnvironmentSample {
+            wi: Vec3(stretched).normalize(),
+            radiance,
+            pdf_w,
+        })
     }
 
     /// Power that reaches a sphere of radius `scene_radius`.
     pub fn power(&self, scene_radius: f64) -> f64 {
-        let mean = self.map.as_ref().map_or(Rgb::ONE, |placed| placed.map.mean());
-        std::f64::consts::PI * scene_radius * scene_radius * (self.radiance * mean).luminance() as f64
+        let mean = self
+            .map
+            .as_ref()
+            .map_or(Rgb::ONE, |placed| placed.map.mean());
+        std::f64::consts::PI
+            * scene_radius
+            * scene_radius
+            * (self.radiance * mean).luminance() as f64
     }
 }

@@ -1,6 +1,6 @@
 //! Axis-aligned boxes.
 
-use glam::Vec3A;
+use glam::{DVec3, Vec3A};
 
 use crate::math::vector::Point3;
 
@@ -41,6 +41,22 @@ impl Bounds3 {
         Self {
             min: Point3(self.min.0.min(other.min.0)),
             max: Point3(self.max.0.max(other.max.0)),
+        }
+    }
+
+    /// The smallest f32 box that holds a box given in f64.
+    pub fn around(lo: DVec3, hi: DVec3) -> Self {
+        let down = |x: f64| {
+            let y = x as f32;
+            if y as f64 > x { y.next_down() } else { y }
+        };
+        let up = |x: f64| {
+            let y = x as f32;
+            if (y as f64) < x { y.next_up() } else { y }
+        };
+        Self {
+            min: Point3::new(down(lo.x), down(lo.y), down(lo.z)),
+            max: Point3::new(up(hi.x), up(hi.y), up(hi.z)),
         }
     }
 

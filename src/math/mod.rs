@@ -2,6 +2,7 @@
 //!
 //! Values of the inner loop are f32 on SIMD registers; transforms are f64. Knows nothing of shapes or scenes.
 
+pub mod animated;
 pub mod bounds;
 pub mod error;
 pub mod frame;
@@ -9,6 +10,7 @@ pub mod ray;
 pub mod transform;
 pub mod vector;
 
+pub use animated::{AnimatedTransform, Motion};
 pub use bounds::Bounds3;
 pub use frame::Frame;
 pub use ray::Ray;

@@ -62,11 +62,16 @@ impl Transform {
     }
 
     /// First `other`, then this: `a_from_b.then_from(b_from_c)` is `a_from_c`.
+    ///
+    /// The inverse is that of the rounded product, not the rounded product of the inverses. Those would undo each
+    /// other only to the size of the terms that cancelled, and a point put on a surface by one of them would lie
+    /// beside it by the other, by more than the error bound of its coordinates.
     pub fn compose(&self, other: &Self) -> Self {
-        Self {
-            forward: self.forward * other.forward,
+        let forward = self.forward * other.forward;
+        Self::from_affine(forward).unwrap_or(Self {
+            forward,
             inverse: other.inverse * self.inverse,
-        }
+        })
     }
 
     /// The same transform the other way round.

@@ -27,12 +27,18 @@ impl Cumulative {
         let mut starts = Vec::with_capacity(weights.len());
         let (mut sum, mut n_before) = (0.0, 0u64);
         for &weight in weights {
-            let share = if total > 0.0 { (sum / total * units) as u64 } else { 0 };
+            let share = if total > 0.0 {
+                (sum / total * units) as u64
+            } else {
+                0
+            };
             starts.push((share + n_before).min(u32::MAX as u64) as u32);
             sum += weight;
             n_before += u64::from(weight > 0.0);
         }
-        let n_stretches = (weights.len() / ENTRIES_PER_STRETCH).next_power_of_two().max(1);
+        let n_stretches = (weights.len() / ENTRIES_PER_STRETCH)
+            .next_power_of_two()
+            .max(1);
         let shift = 32 - n_stretches.trailing_zeros();
         let guide = (0..n_stretches as u64)
             .map(|k| {
@@ -41,20 +47,34 @@ impl Cumulative {
                 after.saturating_sub(1) as u32
             })
             .collect();
-        Self { starts, guide, shift }
+        Self {
+            starts,
+            guide,
+            shift,
+        }
     }
 
     /// The entry at `u` in [0, 1), and how far into it `u` lies, in [0, 1).
     #[inline]
     pub fn sample(&self, u: f32) -> (usize, f32) {
         let x = (u as f64 * 4_294_967_296.0) as u32;
-        let stretch = if self.shift == 32 { 0 } else { (x >> self.shift) as usize };
+        let stretch = if self.shift == 32 {
+            0
+        } else {
+            (x >> self.shift) as usize
+        };
         let first = self.guide[stretch] as usize;
-        let last = self.guide.get(stretch + 1).map_or(self.starts.len() - 1, |&k| k as usize);
+        let last = self
+            .guide
+            .get(stretch + 1)
+            .map_or(self.starts.len() - 1, |&k| k as usize);
         // The last entry that begins at or before x: entries without weight begin where the next one does.
         let index = first + self.starts[first..=last].partition_point(|&start| start <= x) - 1;
         let begin = self.starts[index] as u64;
-        let end = self.starts.get(index + 1).map_or(1 << 32, |&start| start as u64);
+        let end = self
+            .starts
+            .get(index + 1)
+            .map_or(1 << 32, |&start| start as u64);
         let rest = (x as u64 - begin) as f32 / (end - begin) as f32;
         (index, rest.min(ONE_MINUS_EPSILON))
     }
@@ -69,8 +89,15 @@ mod tests {
     fn entries_are_drawn_in_proportion_to_their_weights() {
         for n in [1, 2, 31, 64, 1000, 70_000] {
             let mut rng = Rng::new(n as u64);
-            let weights: Vec<f64> =
-                (0..n).map(|i| if i % 3 == 1 { 0.0 } else { rng.uniform() as f64 }).collect();
+            let weights: Vec<f64> = (0..n)
+                .map(|i| {
+                    if i % 3 == 1 {
+                        0.0
+                    } else {
+                        rng.uniform() as f64
+                    }
+                })
+                .collect();
             let total: f64 = weights.iter().sum();
             let table = Cumulative::new(&weights);
             // Walk the unit interval in steps finer than any entry that matters.
@@ -83,18 +110,29 @@ mod tests {
             }
             for (i, (&count, &weight)) in counts.iter().zip(&weights).enumerate() {
                 let expected = weight / total * n_steps as f64;
-                assert!((count as f64 - expected).abs() <= 2.0, "{n} entries, {i}: {count} {expected}");
+                assert!(
+                    (count as f64 - expected).abs() <= 2.0,
+                    "{n} entries, {i}: {count} {expected}"
+                );
             }
         }
     }
 
     #[test]
     fn n04_entries_without_weight_are_never_drawn() {
-        for weights in [[0.0, 1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0], [1e-38, 0.0, 1e38]] {
+        for weights in [
+            [0.0, 1.0, 0.0],
+            [1.0, 0.0, 0.0],
+            [0.0, 0.0, 1.0],
+            [1e-38, 0.0, 1e38],
+        ] {
             let table = Cumulative::new(&weights);
             for u in [0.0, 1e-30, 0.25, 0.5, ONE_MINUS_EPSILON] {
                 let (index, rest) = table.sample(u);
-                assert!(weights[index] > 0.0 && (0.0..1.0).contains(&rest), "{weights:?} at {u}");
+                assert!(
+                    weights[index] > 0.0 && (0.0..1.0).contains(&rest),
+                    "{weights:?} at {u}"
+                );
             }
         }
     }

@@ -22,8 +22,8 @@ pub struct Mesh {
     pub uvs: Vec<[f32; 2]>,
     /// `ReverseOrientation` was on.
     pub reverse_orientation: bool,
-    /// The transform to world space mirrors.
-    pub swaps_handedness: bool,
+    /// The winding shows the back: the transform from object to render space mirrors where pbrt-v3 heeds it.
+    pub flip_face: bool,
 }
 
 impl Mesh {
@@ -89,7 +89,7 @@ impl Mesh {
         }
         let has_frame = !self.normals.is_empty() || !self.tangents.is_empty();
         let reverse = self.reverse_orientation && !has_frame;
-        let ng = if reverse != self.swaps_handedness {
+        let ng = if reverse != self.flip_face {
             -face
         } else {
             face

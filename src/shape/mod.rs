@@ -8,7 +8,8 @@ pub mod triangle;
 
 use glam::DVec3;
 
-use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
+use crate::math::error::EPSILON;
+use crate::math::{Bounds3, Normal3, Point3, Ray, Transform, Vec3};
 pub use mesh::Mesh;
 pub use quadric::Quadric;
 pub use triangle::RayShear;
@@ -54,6 +55,35 @@ pub struct SurfacePoint {
     pub dndu: Vec3,
     /// Derivative of the shading normal by `v`.
     pub dndv: Vec3,
+}
+
+impl SurfacePoint {
+    /// The same surface placed by a transform from its space to another.
+    pub fn placed(&self, transform: &Transform) -> Self {
+        let p = transform.point(self.p.to_f64());
+        let m = &transform.affine().matrix3;
+        let err = self.p_err.to_f64();
+        let p_err = m.x_axis.abs() * err.x
+            + m.y_axis.abs() * err.y
+            + m.z_axis.abs() * err.z
+            + p.abs() * EPSILON as f64;
+        let vector = |v: Vec3| Vec3::from_f64(transform.vector(v.to_f64()));
+        let ng = Normal3::from_f64(transform.normal(self.ng.to_f64()).normalize());
+        let ns = Normal3::from_f64(transform.normal(self.ns.to_f64()).normalize());
+        let derivative = |n: Vec3| Vec3::from_f64(transform.normal(n.to_f64()));
+        Self {
+            p: Point3::from_f64(p),
+            p_err: Vec3::from_f64(p_err),
+            ng,
+            ns: ns.face_forward(ng),
+            uv: self.uv,
+            dpdu: vector(self.dpdu),
+            dpdv: vector(self.dpdv),
+            tangent: vector(self.tangent),
+            dndu: derivative(self.dndu),
+            dndv: derivative(self.dndv),
+        }
+    }
 }
 
 /// A point drawn on a shape as seen from a receiver.

@@ -268,10 +268,12 @@ impl World {
 
     #[inline]
     fn infinite_lights(&self) -> impl Iterator<Item = (LightId, &InfiniteLight)> {
-        self.infinite_lights.iter().filter_map(|&id| match &self.lights[id.index()] {
-            Light::Infinite(light) => Some((id, &**light)),
-            _ => None,
-        })
+        self.infinite_lights
+            .iter()
+            .filter_map(|&id| match &self.lights[id.index()] {
+                Light::Infinite(light) => Some((id, &**light)),
+                _ => None,
+            })
     }
 }
 

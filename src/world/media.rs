@@ -57,6 +57,8 @@ impl World {
     ) -> Rgb {
         let mut tr = Rgb::ONE;
         let mut travelled = 0.0;
+        let target = t_max.is_finite().then(|| ray.at(t_max));
+        // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             *n_rays += 1;
             let hit = self.closest_where(&ray, t_max, |target, t| counts(target, travelled + t));
@@ -77,9 +79,15 @@ impl World {
             medium = self.medium_toward(hit.target, surface.ng, ray.d, medium);
             ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
             travelled += hit.at.t;
-            t_max -= hit.at.t;
-            if t_max <= 0.0 {
-                return tr;
+            // A point of a large surface may lie beside the ray by its rounding error. Aimed anew, the ray still
+            // ends where it should; parallel to itself it could meet a small light elsewhere, or miss it.
+            if let Some(target) = target {
+                let to_target = target - ray.o;
+                if to_target.dot(ray.d) <= 0.0 {
+                    return tr;
+                }
+                t_max = to_target.length();
+                ray.d = to_target / t_max;
             }
         }
         Rgb::BLACK

@@ -3,11 +3,12 @@
 //! Immutable and shared by all threads. Space is *render space*: world space moved and scaled by a power of two so
 //! that coordinates near the camera are small and lengths are near 1.
 
+pub mod instance;
 pub mod lighting;
 pub mod media;
 
 use crate::accel::Bvh;
-use crate::ids::{GeometryId, LightId, MaterialId, MediumId};
+use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{Light, LightChoice};
 use crate::material::Material;
 use crate::math::error::offset_origin;
@@ -15,6 +16,7 @@ use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
 use crate::shape::{ElementHit, RayShear, Shape, SurfacePoint};
 use crate::texture::Textures;
+pub use instance::{Instance, Object};
 pub use lighting::{LightSample, Receiver};
 pub use media::MediumInterface;
 
@@ -29,6 +31,9 @@ pub struct Geometry {
     pub media: Option<MediumInterface>,
     /// The light of element 0; element i emits by the light i ids later. `NONE` if it does not emit.
     pub first_light: LightId,
+    /// The object it is part of, in whose space it is; `NONE` if it stands in render space by itself. Parts of
+    /// objects do not emit.
+    pub object: ObjectId,
 }
 
 /// One element of a geometry, as the hierarchy stores it.
@@ -40,11 +45,33 @@ pub struct ElementRef {
     pub element: u32,
 }
 
+/// What a slot of the top hierarchy holds.
+#[derive(Clone, Copy, Debug)]
+enum Slot {
+    Element(ElementRef),
+    Instance(InstanceId),
+}
+
+/// The elements of a geometry with their boxes.
+fn elements_of(id: GeometryId, geometry: &Geometry) -> impl Iterator<Item = (Bounds3, ElementRef)> {
+    (0..geometry.shape.n_elements() as u32).map(move |element| {
+        (
+            geometry.shape.bounds(element),
+            ElementRef {
+                geometry: id,
+                element,
+            },
+        )
+    })
+}
+
 /// The nearest meeting of a ray with the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Hit {
     /// What was hit.
     pub target: ElementRef,
+    /// The instance it was hit in; `NONE` if it stands by itself.
+    pub instance: InstanceId,
     /// Where.
     pub at: ElementHit,
 }
@@ -65,6 +92,12 @@ pub struct Facts {
 pub struct WorldParts {
     /// Geometries, addressed by [`GeometryId`].
     pub geometries: Vec<Geometry>,
+    /// Number of objects, addressed by [`ObjectId`].
+    pub n_objects: usize,
+    /// Placements of objects, addressed by [`InstanceId`].
+    pub instances: Vec<Instance>,
+    /// Times in which rays exist, for the boxes of what moves.
+    pub shutter: [f64; 2],
     /// Materials, addressed by [`MaterialId`].
     pub materials: Vec<Material>,
     /// Textures and images.
@@ -90,33 +123,38 @@ pub struct World {
     infinite_lights: Vec<LightId>,
     light_choice: LightChoice,
     camera_medium: MediumId,
-    elements: Vec<ElementRef>,
+    objects: Vec<Object>,
+    instances: Vec<Instance>,
+    slots: Vec<Slot>,
     bvh: Bvh,
+    /// Elements of the world, those of each instance counted again.
+    n_elements: usize,
     facts: Facts,
 }
 
 impl World {
     /// Builds the hierarchy and establishes the facts.
     pub fn new(parts: WorldParts) -> Self {
-        let (boxes, refs): (Vec<Bounds3>, Vec<ElementRef>) = parts
-            .geometries
-            .iter()
-            .enumerate()
-            .flat_map(|(index, geometry)| {
+        let objects = Object::build_all(&parts.geometries, parts.n_objects);
+        let mut refs: Vec<(Bounds3, Slot)> = Vec::new();
+        for (index, geometry) in parts.geometries.iter().enumerate() {
+            if !geometry.object.is_some() {
                 let id = GeometryId::new(index);
-                (0..geometry.shape.n_elements() as u32).map(move |element| {
-                    (
-                        geometry.shape.bounds(element),
-                        ElementRef {
-                            geometry: id,
-                            element,
-                        },
-                    )
-                })
-            })
-            .unzip();
+                refs.extend(
+                    elements_of(id, geometry).map(|(b, element)| (b, Slot::Element(element))),
+                );
+            }
+        }
+        let mut n_elements = refs.len();
+        for (index, instance) in parts.instances.iter().enumerate() {
+            let object = &objects[instance.object.index()];
+            n_elements += object.n_elements();
+            let bounds = instance.bounds(object, parts.shutter);
+            refs.push((bounds, Slot::Instance(InstanceId::new(index))));
+        }
+        let (boxes, refs): (Vec<Bounds3>, Vec<Slot>) = refs.into_iter().unzip();
         let (bvh, order) = Bvh::build(&boxes);
-        let elements = order.into_iter().map(|i| refs[i as usize]).collect();
+        let slots = order.into_iter().map(|i| refs[i as usize]).collect();
         let facts = Facts {
             has_null_surfaces: parts.geometries.iter().any(|g| !g.material.is_some()),
             has_media: parts.camera_medium.is_some()
@@ -136,8 +174,11 @@ impl World {
             infinite_lights,
             light_choice: LightChoice::default(),
             camera_medium: parts.camera_medium,
-            elements,
+            objects,
+            instances: parts.instances,
+            slots,
             bvh,
+            n_elements,
             facts,
         };
         world.light_choice = if parts.choose_lights_by_power {
@@ -158,16 +199,16 @@ impl World {
         &self.facts
     }
 
-    /// Number of elements in the hierarchy.
+    /// Number of elements, those of each instance counted again.
     pub fn n_elements(&self) -> usize {
-        self.elements.len()
+        self.n_elements
     }
 
     /// Most surfaces a straight ray can pass: each element twice, as an ellipsoid is entered and left. A ray that
     /// crosses more of them is stuck.
     #[inline]
     pub fn max_crossings(&self) -> usize {
-        2 * self.elements.len()
+        2 * self.n_elements
     }
 
     /// Box around all surfaces; empty if there are none.
@@ -220,16 +261,40 @@ impl World {
     ) -> Option<Hit> {
         let shear = RayShear::new(ray);
         let mut found = None;
-        self.bvh.closest(ray, t_max, |slot, t_max| {
-            let target = self.elements[slot as usize];
-            let shape = &self.geometry(target.geometry).shape;
-            let at = shape.intersect(target.element, ray, &shear, t_max)?;
-            if !counts(target, at.t) {
-                return None;
-            }
-            found = Some(Hit { target, at });
-            Some(at.t)
-        });
+        self.bvh
+            .closest(ray, t_max, |slot, t_max| match self.slots[slot as usize] {
+                Slot::Element(target) => {
+                    let at = self.intersect(target, ray, &shear, t_max)?;
+                    if !counts(target, at.t) {
+                        return None;
+                    }
+                    found = Some(Hit {
+                        target,
+                        instance: InstanceId::NONE,
+                        at,
+                    });
+                    Some(at.t)
+                }
+                Slot::Instance(instance) => {
+                    let (object, ray) = self.enter(instance, ray)?;
+                    let shear = RayShear::new(&ray);
+                    let mut nearest = None;
+                    object.closest(&ray, t_max, |target, t_max| {
+                        let at = self.intersect(target, &ray, &shear, t_max)?;
+                        if !counts(target, at.t) {
+                            return None;
+                        }
+                        found = Some(Hit {
+                            target,
+                            instance,
+                            at,
+                        });
+                        nearest = Some(at.t);
+                        nearest
+                    });
+                    nearest
+                }
+            });
         found
     }
 
@@ -237,21 +302,62 @@ impl World {
     #[inline]
     fn any_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(ElementRef, f32) -> bool) -> bool {
         let shear = RayShear::new(ray);
-        self.bvh.any(ray, t_max, |slot| {
-            let target = self.elements[slot as usize];
-            let shape = &self.geometry(target.geometry).shape;
-            shape
-                .intersect(target.element, ray, &shear, t_max)
-                .is_some_and(|at| counts(target, at.t))
-        })
+        self.bvh
+            .any(ray, t_max, |slot| match self.slots[slot as usize] {
+                Slot::Element(target) => self
+                    .intersect(target, ray, &shear, t_max)
+                    .is_some_and(|at| counts(target, at.t)),
+                Slot::Instance(instance) => {
+                    self.enter(instance, ray).is_some_and(|(object, ray)| {
+                        let shear = RayShear::new(&ray);
+                        object.any(&ray, t_max, |target| {
+                            self.intersect(target, &ray, &shear, t_max)
+                                .is_some_and(|at| counts(target, at.t))
+                        })
+                    })
+                }
+            })
+    }
+
+    #[inline]
+    fn intersect(
+        &self,
+        target: ElementRef,
+        ray: &Ray,
+        shear: &RayShear,
+        t_max: f32,
+    ) -> Option<ElementHit> {
+        self.geometry(target.geometry)
+            .shape
+            .intersect(target.element, ray, shear, t_max)
+    }
+
+    /// The object of an instance, and the ray in its space: distances along it stay what they are in render space,
+    /// so its direction has no unit length.
+    #[inline]
+    fn enter(&self, instance: InstanceId, ray: &Ray) -> Option<(&Object, Ray)> {
+        let instance = &self.instances[instance.index()];
+        Some((
+            &self.objects[instance.object.index()],
+            instance.object_ray(ray)?,
+        ))
     }
 
     /// The surface at a hit of `ray`.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
-        self.geometry(hit.target.geometry)
-            .shape
-            .surface(hit.target.element, ray, &hit.at)
+        let shape = &self.geometry(hit.target.geometry).shape;
+        if hit.instance.is_some() {
+            let instance = &self.instances[hit.instance.index()];
+            if let Some(transform) = instance.render_from_object.at(ray.time)
+                && let Some(object_ray) = instance.object_ray(ray)
+            {
+                return shape
+                    .surface(hit.target.element, &object_ray, &hit.at)
+                    .placed(&transform);
+            }
+        }
+        shape.surface(hit.target.element, ray, &hit.at)
     }
 }
 

@@ -6,6 +6,7 @@ pub mod sphere;
 
 use glam::DVec3;
 
+use crate::math::animated::corners_of;
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Transform, Vec3};
 use crate::shape::{ShapeSample, SurfacePoint, area_to_solid_angle};
@@ -70,18 +71,8 @@ impl Form {
     }
 
     /// The eight corners of the box around it in object space.
-    pub fn corners(&self) -> impl Iterator<Item = DVec3> + use<> {
-        let [lo, hi] = self.bounds();
-        (0..8).map(move |corner| {
-            let pick = |axis: usize| {
-                if corner >> axis & 1 == 0 {
-                    lo[axis]
-                } else {
-                    hi[axis]
-                }
-            };
-            DVec3::new(pick(0), pick(1), pick(2))
-        })
+    pub fn corners(&self) -> [DVec3; 8] {
+        corners_of(self.bounds())
     }
 
     /// Smallest and largest coordinates in object space.
@@ -107,10 +98,9 @@ pub struct Quadric {
 }
 
 impl Quadric {
-    /// Places a form. The normal is flipped if exactly one of `reverse_orientation` and a mirroring transform
-    /// holds, as pbrt-v3 does in object space: a mirrored sphere therefore has its normal inside.
-    pub fn new(form: Form, render_from_object: Transform, reverse_orientation: bool) -> Self {
-        let flip_normal = reverse_orientation != render_from_object.swaps_handedness();
+    /// Places a form. `flip_normal` turns its normal around in object space: pbrt-v3 does so when exactly one of
+    /// `ReverseOrientation` and a mirroring definition holds, so that a mirrored sphere has its normal inside.
+    pub fn new(form: Form, render_from_object: Transform, flip_normal: bool) -> Self {
         let uniform_scale = render_from_object.uniform_scale(SIMILARITY_TOLERANCE);
         let mut quadric = Self {
             form,

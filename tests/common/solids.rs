@@ -1,0 +1,108 @@
+//! Boxes and media as scene text, and where rays meet boxes.
+
+use super::vectors::V;
+
+/// A closed triangle box with outward normals.
+pub(crate) fn box_shape(lo: V, hi: V) -> String {
+    let mut points = String::new();
+    for k in 0..8 {
+        let pick = |axis: usize| {
+            if k >> axis & 1 == 0 {
+                lo[axis]
+            } else {
+                hi[axis]
+            }
+        };
+        points += &format!("{} {} {}  ", pick(0), pick(1), pick(2));
+    }
+    let mut indices = String::new();
+    for a in 0..3 {
+        let (b, c) = (1 << ((a + 1) % 3), 1 << ((a + 2) % 3));
+        let high = 1 << a;
+        // Counter-clockwise seen from outside on the high side, and the other way round on the low side.
+        for [p, q, r] in [[0, b, b + c], [0, b + c, c]] {
+            indices += &format!("{} {} {}  ", p + high, q + high, r + high);
+            indices += &format!("{p} {r} {q}  ");
+        }
+    }
+    format!("Shape \"trianglemesh\" \"point P\" [{points}] \"integer indices\" [{indices}]\n")
+}
+
+/// An invisible boundary around a box.
+pub(crate) fn null_box(lo: V, hi: V, inside: &str, outside: &str) -> String {
+    format!(
+        "AttributeBegin Material \"\" MediumInterface \"{inside}\" \"{outside}\"\n{}AttributeEnd\n",
+        box_shape(lo, hi)
+    )
+}
+
+/// An invisible boundary around a sphere.
+pub(crate) fn null_sphere(center: V, radius: f64, inside: &str, outside: &str) -> String {
+    format!(
+        "AttributeBegin Material \"\" MediumInterface \"{inside}\" \"{outside}\" {}\
+         Shape \"sphere\" \"float radius\" {radius} AttributeEnd\n",
+        translate(center)
+    )
+}
+
+/// A `Translate` directive.
+pub(crate) fn translate([x, y, z]: V) -> String {
+    format!("Translate {x} {y} {z} ")
+}
+
+/// A named homogeneous medium.
+pub(crate) fn homogeneous(name: &str, sigma_a: V, sigma_s: V, g: f64) -> String {
+    format!(
+        "MakeNamedMedium \"{name}\" \"string type\" \"homogeneous\" \"float g\" {g} {}\n",
+        coefficients(sigma_a, sigma_s)
+    )
+}
+
+/// `sigma_a` and `sigma_s` of a medium.
+pub(crate) fn coefficients(sigma_a: V, sigma_s: V) -> String {
+    format!("\"rgb sigma_a\" {sigma_a:?} \"rgb sigma_s\" {sigma_s:?}").replace(',', "")
+}
+
+/// A volpath scene: the options, a camera at `eye` that looks along `toward`, then the world.
+pub(crate) fn volpath(max_depth: u32, eye: V, toward: V, world: &str) -> String {
+    seen_by("volpath", max_depth, eye, toward, world)
+}
+
+/// A scene for an integrator.
+pub(crate) fn seen_by(integrator: &str, max_depth: u32, eye: V, toward: V, world: &str) -> String {
+    let [ex, ey, ez] = eye;
+    let [tx, ty, tz] = [0, 1, 2].map(|k| eye[k] + toward[k]);
+    // Any up vector that is not along the axis.
+    let up = if toward[1].abs() > 0.9 {
+        "1 0 0"
+    } else {
+        "0 1 0"
+    };
+    format!(
+        "Integrator \"{integrator}\" \"integer maxdepth\" {max_depth}\n\
+         LookAt {ex} {ey} {ez} {tx} {ty} {tz} {up}\n\
+         Camera \"perspective\"\nWorldBegin\n{world}\nWorldEnd\n"
+    )
+}
+
+/// A constant environment.
+pub(crate) fn environment(radiance: V) -> String {
+    format!("LightSource \"infinite\" \"rgb L\" {radiance:?}\n").replace(',', "")
+}
+
+/// The part [t0, t1] of the ray o + t d, t ≥ 0, inside a box; empty is [0, 0].
+pub(crate) fn span_in_box(o: V, d: V, lo: V, hi: V) -> [f64; 2] {
+    let (mut t0, mut t1) = (0f64, f64::INFINITY);
+    for k in 0..3 {
+        let (a, b) = ((lo[k] - o[k]) / d[k], (hi[k] - o[k]) / d[k]);
+        if d[k] == 0.0 {
+            if o[k] < lo[k] || o[k] > hi[k] {
+                return [0.0; 2];
+            }
+            continue;
+        }
+        t0 = t0.max(a.min(b));
+        t1 = t1.min(a.max(b));
+    }
+    if t0 < t1 { [t0, t1] } else { [0.0; 2] }
+}

@@ -1,0 +1,17 @@
+//! Media against closed forms and quadrature, each channel to four standard errors.
+
+#[path = "../common/probe.rs"]
+mod probe;
+#[path = "../common/scene.rs"]
+mod scene;
+#[path = "../common/solids.rs"]
+mod solids;
+#[path = "../common/vectors.rs"]
+mod vectors;
+
+mod boundaries;
+mod furnace;
+mod multiple_scattering;
+mod nebula;
+mod single_scattering;
+mod transmittance;
