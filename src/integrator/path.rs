@@ -367,7 +367,7 @@ impl State<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::{LightId, MaterialId};
+    use crate::ids::{LightId, MaterialId, ObjectId};
     use crate::light::{InfiniteLight, Light};
     use crate::math::Transform;
     use crate::shape::quadric::{Form, Sphere};
@@ -387,7 +387,7 @@ mod tests {
                 material: MaterialId::NONE,
                 media: None,
                 first_light: LightId::NONE,
-                object: crate::ids::ObjectId::NONE,
+                object: ObjectId::NONE,
             }
         };
         let world = World::new(WorldParts {

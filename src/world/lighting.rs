@@ -280,7 +280,7 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::{GeometryId, MaterialId};
+    use crate::ids::{GeometryId, MaterialId, ObjectId};
     use crate::math::Transform;
     use crate::shape::Quadric;
     use crate::shape::quadric::{Form, Sphere};
@@ -298,7 +298,7 @@ mod tests {
                 material: MaterialId::NONE,
                 media: None,
                 first_light: LightId::new(0),
-                object: crate::ids::ObjectId::NONE,
+                object: ObjectId::NONE,
             }],
             lights: vec![Light::Area(AreaLight {
                 geometry: GeometryId::new(0),
