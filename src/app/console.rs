@@ -89,6 +89,11 @@ impl Console {
     }
 }
 
+/// Whether a person is expected to type the scene.
+pub(super) fn stdin_is_terminal() -> bool {
+    io::stdin().is_terminal()
+}
+
 /// Writes to standard output. A reader that has seen enough is no error.
 ///
 /// # Errors

@@ -40,8 +40,8 @@ impl Outcome {
         match self {
             Self::Complete => "complete",
             Self::LostSamples => "samples were lost",
-            Self::Substituted => "this is not all that the scene asks for",
-            Self::Failed => "there is a picture missing",
+            Self::Substituted => "parts of the scene were left out or replaced",
+            Self::Failed => "failed",
             Self::Usage => "nothing was done",
             Self::Interrupted => "interrupted",
         }

@@ -14,18 +14,18 @@ use super::files::Files;
 use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::{Output, Place};
-use super::plan::{Plan, Task};
+use super::plan::{Input, Plan, Task};
 use super::progress::Bar;
 use super::report::{Finding, JobReport, PictureReport, RenderFacts, Report};
 use super::resources;
 use crate::compile::{Compiled, compile};
 use crate::describe::describe;
 use crate::describe::description::Frame;
-use crate::image::codec::Attribute;
-use crate::render::{Progress, RenderReport, Unwatched, render};
+use crate::image::codec::{Attribute, Precision};
+use crate::render::{Progress, Rendered, Unwatched, render};
 
 /// Bytes that a pixel takes while it is rendered and written: four sums, the picture, its encoding.
-const BYTES_PER_PIXEL: u64 = 32 + 12 + 12;
+const BYTES_PER_PIXEL: u128 = 32 + 12 + 12;
 
 /// A run in progress.
 pub(super) struct Session<'a> {
@@ -104,7 +104,9 @@ impl<'a> Session<'a> {
             for frame in frames {
                 pictures.extend(self.compile(frame));
             }
-            self.go_on()?;
+            if self.report.outcome > Outcome::Complete {
+                return Err(Stop);
+            }
             for picture in pictures {
                 self.finish(picture);
             }
@@ -122,6 +124,9 @@ impl<'a> Session<'a> {
         let plan = self.plan;
         let mut roots = Vec::new();
         for input in &plan.inputs {
+            if *input == Input::Stdin && console::stdin_is_terminal() {
+                self.console.note("reading the scene from standard input");
+            }
             let opened = self.files.open(input, &mut self.sources);
             let root = opened.map_err(|why| self.stop("unreadable-file", None, why))?;
             self.report.scenes.push(self.sources.name(root).to_owned());
@@ -167,8 +172,12 @@ impl<'a> Session<'a> {
     /// Builds a picture and makes sure that it can be rendered and written. `None` if not; the report then says so.
     fn compile(&mut self, frame: Frame) -> Option<Picture> {
         let film = frame.film.span;
-        let film_filename = frame.film.params.get("filename", ParamClass::String);
-        let film_filename = film_filename.map(|param| param.value_span);
+        let given = |name, class| {
+            let param = frame.film.params.get(name, class);
+            param.map(|param| param.value_span)
+        };
+        let film_filename = given("filename", ParamClass::String);
+        let film_window = given("cropwindow", ParamClass::Float);
         let start = Instant::now();
         let assets = self.files.assets(&self.sources);
         let (compiled, found) = compile(frame, &self.plan.compile, &assets);
@@ -178,6 +187,10 @@ impl<'a> Session<'a> {
         drop(assets);
         let (is_fatal, has_errors) = (found.has_fatal(), found.has_errors());
         self.judge(found);
+        if let (Some(_), Some(span)) = (self.plan.compile.crop_window, film_window) {
+            let message = "--cropwindow gives way to the film's cropwindow";
+            self.tell(Diagnostic::warning("cropwindow-overridden", span, message));
+        }
         if has_errors || self.is_substituted {
             report.outcome = Outcome::Substituted;
         }
@@ -206,10 +219,9 @@ impl<'a> Session<'a> {
         film_filename: Option<Span>,
     ) -> Option<Option<Output>> {
         let crop = compiled.job.film.crop;
-        let n_bytes = (crop.width as u64)
-            .saturating_mul(crop.height as u64)
-            .saturating_mul(BYTES_PER_PIXEL);
-        if resources::machine_memory().is_some_and(|memory| n_bytes > memory) {
+        // Three factors of up to 32 bits.
+        let n_bytes = crop.width as u128 * crop.height as u128 * BYTES_PER_PIXEL;
+        if resources::machine_memory().is_some_and(|memory| n_bytes > memory.into()) {
             let why = format!(
                 "a picture of {} x {} pixels needs {} MiB of memory, more than there is",
                 crop.width,
@@ -250,7 +262,7 @@ impl<'a> Session<'a> {
                 return None;
             }
         };
-        if self.plan.precision == crate::image::codec::Precision::Half && !output.is_exr() {
+        if self.plan.precision == Precision::Half && !output.is_exr() {
             let message = "--half means nothing to formats other than EXR".to_owned();
             self.tell(Diagnostic::new(
                 Severity::Warning,
@@ -300,13 +312,15 @@ impl<'a> Session<'a> {
             output,
             mut report,
         } = picture;
-        if let Some(job) = &report.job {
-            self.console.detail(&job.text());
-        }
-        if let Some(output) = output {
-            let interrupt = self.interrupt;
-            interrupt.busy(|| self.render(&compiled, output, &mut report));
-        }
+        let interrupt = self.interrupt;
+        interrupt.busy(|| {
+            if let Some(job) = &report.job {
+                self.console.detail(&job.text());
+            }
+            if let Some(output) = output {
+                self.render(&compiled, output, &mut report);
+            }
+        });
         self.add(report);
     }
 
@@ -326,9 +340,8 @@ impl<'a> Session<'a> {
         self.console.detail(&facts.text());
         report.render = Some(facts);
 
-        report.outcome = report
-            .outcome
-            .max(self.lost_samples(&name, &rendered.report));
+        let lost = self.lost_samples(&name, &rendered);
+        report.outcome = report.outcome.max(lost);
         if rendered.report.cancelled {
             report.outcome = Outcome::Interrupted;
         }
@@ -366,7 +379,8 @@ impl<'a> Session<'a> {
     }
 
     /// Reports samples that are missing from a picture.
-    fn lost_samples(&mut self, name: &str, report: &RenderReport) -> Outcome {
+    fn lost_samples(&mut self, name: &str, rendered: &Rendered) -> Outcome {
+        let Rendered { report, image } = rendered;
         let mut outcome = Outcome::Complete;
         let mut lost = |code, message| {
             self.tell(Diagnostic::new(Severity::Error, code, None, message));
@@ -389,6 +403,12 @@ impl<'a> Session<'a> {
             let message =
                 format!("{n_stuck} paths of {name} never left a null surface and were given up");
             lost("stuck-paths", message);
+        }
+        // Finite samples can still exceed single precision after the film's scale.
+        let n_overflown = image.data().iter().filter(|c| !c.is_finite()).count();
+        if n_overflown > 0 {
+            let message = format!("{n_overflown} numbers of {name} are not finite");
+            lost("bad-pixels", message);
         }
         outcome
     }
@@ -417,9 +437,9 @@ impl<'a> Session<'a> {
         self.record(&found);
     }
 
-    /// Whether the findings so far leave anything to do.
+    /// Whether the scene can be understood so far. With `--strict` all findings are wanted before it is refused.
     fn go_on(&self) -> Result<(), Stop> {
-        if self.report.outcome >= Outcome::Failed {
+        if self.report.counts.fatal > 0 {
             Err(Stop)
         } else {
             Ok(())
