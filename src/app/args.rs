@@ -43,6 +43,7 @@ pub(super) struct LowArgs {
     #[arg(
         long,
         num_args = 4,
+        action = clap::ArgAction::Set,
         value_names = ["X0", "X1", "Y0", "Y1"],
         allow_negative_numbers = true,
         value_parser = finite

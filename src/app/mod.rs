@@ -1,7 +1,7 @@
 //! The command line: the only room that reads arguments and the environment, opens files, listens to signals and
 //! prints.
 //!
-//! [`args`] holds what was typed, [`plan`] what follows from it, [`session`] does it, [`report`] remembers it. Refuses
+//! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it. Refuses
 //! to know anything about plugins or light. `docs/cli.md` is the manual.
 
 mod args;
@@ -50,16 +50,12 @@ fn carry_out(plan: &Plan) -> Outcome {
     for option in &plan.without_effect {
         console.note(&format!("note: {option} has no effect"));
     }
-    let json = match &plan.json {
-        None => None,
-        Some(Destination::Stdout) => Some(Ok(())),
-        Some(Destination::File(path)) => match Place::new(path) {
-            Ok(place) => Some(Err(place)),
-            Err(why) => {
-                console.say(&format!("fatal: {why}"));
-                return Outcome::Failed;
-            }
-        },
+    let json = match plan.json.as_ref().map(ReportSink::new).transpose() {
+        Ok(json) => json,
+        Err(why) => {
+            console.say(&format!("fatal: {why}"));
+            return Outcome::Failed;
+        }
     };
     let interrupt = Interrupt::listen();
     let mut report = Session::new(plan, &mut console, &interrupt).run();
@@ -70,16 +66,35 @@ fn carry_out(plan: &Plan) -> Outcome {
     console.detail(&report.seconds.text(report.peak_memory_bytes));
     sum_up(&report, &console);
 
-    let written = match json {
-        None => Ok(()),
-        Some(Ok(())) => console::print(&report.to_json()).map_err(|error| error.to_string()),
-        Some(Err(place)) => place.write(report.to_json().as_bytes()),
-    };
+    let written = json.map_or(Ok(()), |json| json.write(&report.to_json()));
     match written {
         Ok(()) => report.outcome,
         Err(why) => {
             console.say(&format!("fatal: {why}"));
             report.outcome.max(Outcome::Failed)
+        }
+    }
+}
+
+/// Where the report goes; known to be writable.
+enum ReportSink {
+    Stdout,
+    File(Place),
+}
+
+impl ReportSink {
+    fn new(destination: &Destination) -> Result<Self, String> {
+        match destination {
+            Destination::Stdout => Ok(Self::Stdout),
+            Destination::File(path) => Place::new(path).map(Self::File),
+        }
+    }
+
+    fn write(&self, text: &str) -> Result<(), String> {
+        match self {
+            Self::Stdout => console::print(text)
+                .map_err(|error| format!("cannot write to standard output: {error}")),
+            Self::File(place) => place.write(text.as_bytes()),
         }
     }
 }

@@ -10,46 +10,46 @@ use tempfile::TempDir;
 use tyndall::image::codec::{Attribute, ImageFile, decode};
 
 /// A scene that is rendered without a word.
-pub const BALL: &str = include_str!("ball.pbrt");
+pub(crate) const BALL: &str = include_str!("ball.pbrt");
 
 /// A directory that is removed at the end of the test.
-pub struct Room {
+pub(crate) struct Room {
     directory: TempDir,
 }
 
 /// What a run of the program left behind.
-pub struct Run {
-    pub code: Option<i32>,
-    pub stdout: String,
-    pub stderr: String,
+pub(crate) struct Run {
+    pub(crate) code: Option<i32>,
+    pub(crate) stdout: String,
+    pub(crate) stderr: String,
 }
 
 impl Room {
     /// With the ball in it.
-    pub fn new() -> Self {
+    pub(crate) fn new() -> Self {
         let directory = TempDir::new().expect("temporary directories can be made");
         let room = Self { directory };
         room.put("ball.pbrt", BALL);
         room
     }
 
-    pub fn path(&self, name: &str) -> PathBuf {
+    pub(crate) fn path(&self, name: &str) -> PathBuf {
         self.directory.path().join(name)
     }
 
     /// Writes a file, and the directories above it.
-    pub fn put(&self, name: &str, text: &str) {
+    pub(crate) fn put(&self, name: &str, text: &str) {
         let path = self.path(name);
         fs::create_dir_all(path.parent().expect("a parent")).expect("a directory");
         fs::write(path, text).expect("a file");
     }
 
-    pub fn read(&self, name: &str) -> Vec<u8> {
+    pub(crate) fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.path(name)).unwrap_or_else(|error| panic!("{name}: {error}"))
     }
 
     /// Names of everything in the directory, sorted.
-    pub fn list(&self) -> Vec<String> {
+    pub(crate) fn list(&self) -> Vec<String> {
         let entries = fs::read_dir(self.directory.path()).expect("the directory is there");
         let mut names: Vec<String> = entries
             .map(|entry| {
@@ -64,13 +64,13 @@ impl Room {
         names
     }
 
-    pub fn picture(&self, name: &str) -> ImageFile {
+    pub(crate) fn picture(&self, name: &str) -> ImageFile {
         let extension = name.rsplit('.').next().expect("an extension");
         decode(&self.read(name), extension).expect("a picture")
     }
 
     /// An attribute of an EXR file as text.
-    pub fn attribute(&self, name: &str, attribute: &str) -> Option<String> {
+    pub(crate) fn attribute(&self, name: &str, attribute: &str) -> Option<String> {
         let attributes = self.picture(name).attributes;
         let found = attributes.into_iter().find(|(name, _)| name == attribute);
         found.map(|(_, value)| match value {
@@ -81,7 +81,7 @@ impl Room {
     }
 
     /// The program in this directory, with these arguments.
-    pub fn command(&self, line: &str) -> Command {
+    pub(crate) fn command(&self, line: &str) -> Command {
         let mut command = Command::new(env!("CARGO_BIN_EXE_tyndall"));
         command
             .args(line.split_whitespace())
@@ -91,13 +91,13 @@ impl Room {
         command
     }
 
-    pub fn run(&self, line: &str) -> Run {
+    pub(crate) fn run(&self, line: &str) -> Run {
         let output = self.command(line).output();
         Run::new(output.expect("the program starts"))
     }
 
     /// Runs with `input` on standard input.
-    pub fn feed(&self, line: &str, input: &str) -> Run {
+    pub(crate) fn feed(&self, line: &str, input: &str) -> Run {
         let mut command = self.command(line);
         command
             .stdin(Stdio::piped())
@@ -111,7 +111,7 @@ impl Room {
     }
 
     /// Runs with `--json` and returns the report.
-    pub fn report(&self, line: &str) -> Value {
+    pub(crate) fn report(&self, line: &str) -> Value {
         let run = self.run(&format!("--json - {line}"));
         let report: Value = serde_json::from_str(&run.stdout).expect("a report");
         assert_eq!(report["exit_code"].as_i64(), run.code.map(i64::from));
@@ -120,7 +120,7 @@ impl Room {
 }
 
 impl Run {
-    pub fn new(output: Output) -> Self {
+    pub(crate) fn new(output: Output) -> Self {
         let text = |bytes| String::from_utf8(bytes).expect("the program writes UTF-8");
         Self {
             code: output.status.code(),
@@ -131,20 +131,20 @@ impl Run {
 
     /// Asserts the exit status, showing what was said if it is another.
     #[track_caller]
-    pub fn ends_with(self, code: i32) -> Self {
+    pub(crate) fn ends_with(self, code: i32) -> Self {
         assert_eq!(self.code, Some(code), "standard error:\n{}", self.stderr);
         self
     }
 
     #[track_caller]
-    pub fn says(self, text: &str) -> Self {
+    pub(crate) fn says(self, text: &str) -> Self {
         let Self { stderr, .. } = &self;
         assert!(stderr.contains(text), "no {text:?} in:\n{stderr}");
         self
     }
 
     #[track_caller]
-    pub fn is_silent(self) -> Self {
+    pub(crate) fn says_nothing(self) -> Self {
         assert_eq!(self.stderr, "");
         assert_eq!(self.stdout, "");
         self
