@@ -196,7 +196,11 @@ impl<'a> Session<'a> {
         }
         let picture = compiled.filter(|_| !is_fatal).and_then(|compiled| {
             report.job = Some(JobReport::new(&compiled));
-            let output = self.output(&compiled, film, film_filename)?;
+            self.fit_in_memory(&compiled, film).ok()?;
+            let output = match self.plan.task {
+                Task::Render => Some(self.output(&compiled, film, film_filename).ok()?),
+                Task::Check | Task::Cat => None,
+            };
             Some((compiled, output))
         });
         let Some((compiled, output)) = picture else {
@@ -211,29 +215,30 @@ impl<'a> Session<'a> {
         })
     }
 
-    /// Decides where a picture goes. `None` if it cannot go there; `Some(None)` if it is not to be rendered.
+    /// Refuses pictures that no swap space would save.
+    fn fit_in_memory(&mut self, compiled: &Compiled, film: Span) -> Result<(), Stop> {
+        let crop = compiled.job.film.crop;
+        // Three factors of up to 32 bits.
+        let n_bytes = crop.width as u128 * crop.height as u128 * BYTES_PER_PIXEL;
+        if resources::machine_memory().is_none_or(|memory| n_bytes <= memory.into()) {
+            return Ok(());
+        }
+        let why = format!(
+            "a picture of {} x {} pixels needs {} MiB of memory, more than there is",
+            crop.width,
+            crop.height,
+            n_bytes >> 20
+        );
+        Err(self.stop("too-large", Some(film), why))
+    }
+
+    /// Decides where a picture goes, and makes sure that it can go there.
     fn output(
         &mut self,
         compiled: &Compiled,
         film: Span,
         film_filename: Option<Span>,
-    ) -> Option<Option<Output>> {
-        let crop = compiled.job.film.crop;
-        // Three factors of up to 32 bits.
-        let n_bytes = crop.width as u128 * crop.height as u128 * BYTES_PER_PIXEL;
-        if resources::machine_memory().is_some_and(|memory| n_bytes > memory.into()) {
-            let why = format!(
-                "a picture of {} x {} pixels needs {} MiB of memory, more than there is",
-                crop.width,
-                crop.height,
-                n_bytes >> 20
-            );
-            self.stop("too-large", Some(film), why);
-            return None;
-        }
-        if self.plan.task == Task::Check {
-            return Some(None);
-        }
+    ) -> Result<Output, Stop> {
         let path = match &self.plan.outfile {
             Some(outfile) => {
                 if let Some(span) = film_filename {
@@ -249,19 +254,15 @@ impl<'a> Session<'a> {
                 place,
                 precision: self.plan.precision,
                 frame: compiled.frame,
-                crop,
+                crop: compiled.job.film.crop,
                 attributes: self.attributes(compiled),
             };
             output.check().map(|()| output)
         });
-        let output = match output {
-            Ok(output) => output,
-            Err(why) => {
-                let span = film_filename.filter(|_| self.plan.outfile.is_none());
-                self.stop("unwritable-output", span, why);
-                return None;
-            }
-        };
+        let output = output.map_err(|why| {
+            let span = film_filename.filter(|_| self.plan.outfile.is_none());
+            self.stop("unwritable-output", span, why)
+        })?;
         if self.plan.precision == Precision::Half && !output.is_exr() {
             let message = "--half means nothing to formats other than EXR".to_owned();
             self.tell(Diagnostic::new(
@@ -278,7 +279,7 @@ impl<'a> Session<'a> {
                     .with_help("the earlier picture is replaced"),
             );
         }
-        Some(Some(output))
+        Ok(output)
     }
 
     /// Facts for the header of a picture. Nothing that differs between two runs of the same job.

@@ -150,3 +150,17 @@ impl Run {
         self
     }
 }
+
+/// The ball with one change.
+pub(crate) fn ball(from: &str, to: &str) -> String {
+    assert!(BALL.contains(from), "the ball has no {from}");
+    BALL.replace(from, to)
+}
+
+/// A scene with a mesh that is not there.
+pub(crate) fn ball_without_its_mesh() -> String {
+    ball(
+        "Shape \"sphere\"",
+        "Shape \"sphere\"\nShape \"plymesh\" \"string filename\" \"gone.ply\"",
+    )
+}
