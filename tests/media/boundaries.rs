@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use crate::nebula::Nebula;
 use crate::probe::{Probe, assert_exact, assert_mean};
 use crate::solids::{
-    box_shape, environment, homogeneous, null_box, null_sphere, seen_by, translate, volpath,
+    V, box_shape, environment, homogeneous, null_box, null_sphere, seen_by, translate, volpath,
 };
-use crate::vectors::V;
 
 const ONE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];
