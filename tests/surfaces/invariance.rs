@@ -31,19 +31,19 @@ fn plain(scene: &str) -> Image {
     )
 }
 
-/// Numbers of the format times a factor.
-fn scaled<const N: usize>(numbers: [f64; N], factor: f64) -> String {
-    let words: Vec<String> = numbers.iter().map(|x| (x * factor).to_string()).collect();
+/// Numbers of the format times a factor; with a point or an exponent, since the format's integers end at 2⁶³.
+fn scaled(numbers: &[f64], factor: f64) -> String {
+    let words: Vec<String> = numbers
+        .iter()
+        .map(|x| format!("{:?}", x * factor))
+        .collect();
     words.join(" ")
 }
 
 /// Balls, a mesh, a mirror, glass and lights of all kinds on a floor, in units of `s`.
 fn still_life(s: f64) -> String {
-    let n = |numbers: &[f64]| {
-        let words: Vec<String> = numbers.iter().map(|x| (x * s).to_string()).collect();
-        words.join(" ")
-    };
-    let intensity = scaled([8.0, 4.0, 2.0], s * s);
+    let n = |numbers: &[f64]| scaled(numbers, s);
+    let intensity = scaled(&[8.0, 4.0, 2.0], s * s);
     format!(
         "AttributeBegin Material \"matte\" \"rgb Kd\" [.5 .25 .75]\n\
          Shape \"trianglemesh\" \"point P\" [{floor}] \"integer indices\" [0 1 2 0 2 3] AttributeEnd\n\
@@ -83,10 +83,10 @@ fn mist(s: f64) -> String {
             "MakeNamedMedium \"cloud\" \"string type\" \"heterogeneous\" \"rgb sigma_a\" [{a}] \
              \"rgb sigma_s\" [{b}] \"integer nx\" 2 \"integer ny\" 2 \"integer nz\" 2 \
              \"point p0\" [{p0}] \"point p1\" [{p1}] \"float density\" [0 1 .5 2 .25 4 1 1]\n",
-            a = scaled([0.5; 3], 1.0 / s),
-            b = scaled([4.0, 2.0, 1.0], 1.0 / s),
-            p0 = scaled([-0.5; 3], s),
-            p1 = scaled([0.5; 3], s),
+            a = scaled(&[0.5; 3], 1.0 / s),
+            b = scaled(&[4.0, 2.0, 1.0], 1.0 / s),
+            p0 = scaled(&[-0.5; 3], s),
+            p1 = scaled(&[0.5; 3], s),
         )
         + &null_box(at([-2.0, -1.0, -2.0]), at([2.0, 1.5, 2.0]), "fog", "")
         + &null_box(at([-0.5; 3]), at([0.5; 3]), "cloud", "fog")

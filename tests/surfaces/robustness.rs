@@ -4,9 +4,9 @@ use std::f64::consts::PI;
 
 use glam::{DAffine3, DQuat, DVec3};
 use tyndall::math::{Point3, Ray, Transform, Vec3};
-use tyndall::sampling::warp::uniform_sphere;
+use tyndall::sampling::warp::{uniform_sphere, uniform_triangle};
 use tyndall::shape::quadric::{Disk, Form, Sphere};
-use tyndall::shape::{Quadric, RayShear, Shape};
+use tyndall::shape::{ElementHit, Mesh, Quadric, RayShear, Shape};
 use tyndall::world::spawn_ray;
 use tyndall_test_support::Uniform;
 
@@ -156,4 +156,53 @@ fn rays_that_leave_a_surface_do_not_meet_it_where_they_left() {
     let sphere = Form::Sphere(Sphere::new(1.0, -1.0, 1.0, 2.0 * PI));
     let (n, example) = self_hits(sphere, false);
     assert_eq!(n, 0, "sphere: {example}");
+}
+
+#[test]
+fn rays_that_leave_a_triangle_do_not_meet_it() {
+    let mut random = Uniform::new(3);
+    for i in 0..200_000 {
+        let mut number = || 2.0 * random.unit() - 1.0;
+        let far = [1.0, 10.0, 1000.0][i % 3];
+        let width = [1.0, 1e-2, 1e-4][i / 3 % 3];
+        let corner = [0; 3].map(|_| far * number());
+        // Every other triangle lies in a plane of constant y, where its normal is exact.
+        let mut edge = || [number(), if i % 2 == 0 { 0.0 } else { number() }, number()];
+        let (long, wide) = (edge(), edge());
+        let positions = [0.0, 1.0, 1.0].iter().zip([0.0, 0.0, width]);
+        let positions =
+            positions.map(|(a, b)| [0, 1, 2].map(|k| corner[k] + a * long[k] + b * wide[k]));
+        let shape = Shape::Mesh(Mesh {
+            positions: positions.collect(),
+            triangles: vec![[0, 1, 2]],
+            normals: vec![],
+            tangents: vec![],
+            uvs: vec![],
+            reverse_orientation: false,
+            swaps_handedness: false,
+        });
+        if shape.bounds(0).is_empty() {
+            continue;
+        }
+        let barycentric = uniform_triangle(random.unit2());
+        let on_it = ElementHit {
+            t: 1.0,
+            barycentric,
+        };
+        let ray = Ray {
+            o: Point3::ZERO,
+            d: Vec3::new(0.0, 0.0, 1.0),
+            time: 0.0,
+        };
+        let surface = shape.surface(0, &ray, &on_it);
+        let mut w = uniform_sphere(random.unit2());
+        if i % 5 == 0 {
+            // Grazing.
+            let ng = Vec3::from(surface.ng);
+            w = (w - ng * (0.999 * w.dot(ng))).normalize();
+        }
+        let next = spawn_ray(surface.p, surface.p_err, surface.ng, w, 0.0);
+        let again = shape.intersect(0, &next, &RayShear::new(&next), f32::INFINITY);
+        assert!(again.is_none(), "{surface:?} {w:?}: {again:?}");
+    }
 }
