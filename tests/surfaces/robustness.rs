@@ -179,7 +179,7 @@ fn rays_that_leave_a_triangle_do_not_meet_it() {
             tangents: vec![],
             uvs: vec![],
             reverse_orientation: false,
-            swaps_handedness: false,
+            flip_face: false,
         });
         if shape.bounds(0).is_empty() {
             continue;
