@@ -2,6 +2,9 @@
 //!
 //! - `cloud/density.pbrt`: a cumulus, spheres of vapour eroded by fractal noise.
 //! - `cloud/sky.exr`: a clear sky with a low sun, in latitude and longitude.
+//! - `spheres/sky.exr`: the same sky without its sun.
+//! - `smoke/density.pbrt`: a plume bent by the wind.
+//! - `amber/knot.ply`: a torus knot.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -12,9 +15,12 @@ use tyndall::image::codec::{ImageFile, Precision, encode};
 use tyndall::sampling::rng::mix_bits;
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
-    let folder = Path::new("assets/pbrt-v3-scenes-subset/cloud");
-    std::fs::write(folder.join("density.pbrt"), cloud()?)?;
-    std::fs::write(folder.join("sky.exr"), sky()?)?;
+    let folder = Path::new("assets/pbrt-v3-scenes-subset");
+    std::fs::write(folder.join("cloud/density.pbrt"), cloud()?)?;
+    std::fs::write(folder.join("cloud/sky.exr"), sky(420.0)?)?;
+    std::fs::write(folder.join("spheres/sky.exr"), sky(0.0)?)?;
+    std::fs::write(folder.join("smoke/density.pbrt"), smoke()?)?;
+    std::fs::write(folder.join("amber/knot.ply"), knot()?)?;
     Ok(())
 }
 
@@ -52,9 +58,51 @@ fn fractal(p: DVec3) -> f64 {
         .sum()
 }
 
+/// A grid of densities in a box, as the text of a `MakeNamedMedium` whose parameter list stays open.
+fn grid(
+    name: &str,
+    n: [usize; 3],
+    size: DVec3,
+    density: impl Fn(DVec3) -> f64,
+) -> Result<String, std::fmt::Error> {
+    let mut text = String::from("# Made by examples/generate_assets.rs.\n");
+    writeln!(
+        text,
+        "MakeNamedMedium \"{name}\" \"string type\" \"heterogeneous\""
+    )?;
+    writeln!(
+        text,
+        "  \"integer nx\" {} \"integer ny\" {} \"integer nz\" {}",
+        n[0], n[1], n[2]
+    )?;
+    writeln!(
+        text,
+        "  \"point p0\" [0 0 0] \"point p1\" [{} {} {}]",
+        size.x, size.y, size.z
+    )?;
+    writeln!(text, "  \"float density\" [")?;
+    for z in 0..n[2] {
+        for y in 0..n[1] {
+            for x in 0..n[0] {
+                let cell = DVec3::new(x as f64, y as f64, z as f64) + 0.5;
+                let p = cell / DVec3::new(n[0] as f64, n[1] as f64, n[2] as f64) * size;
+                let hundredths = (density(p).clamp(0.0, 1.0) * 100.0).round() as u32;
+                match hundredths {
+                    0 => text.push_str("0 "),
+                    100 => text.push_str("1 "),
+                    h if h % 10 == 0 => write!(text, ".{} ", h / 10)?,
+                    h => write!(text, ".{h:02} ")?,
+                }
+            }
+            text.push('\n');
+        }
+    }
+    text.push_str("  ]\n");
+    Ok(text)
+}
+
 fn cloud() -> Result<String, std::fmt::Error> {
-    const N: [usize; 3] = [72, 48, 40];
-    // Centres and radii in a box of 3 x 2 x 1.67; z is up.
+    // Centres and radii; z is up.
     const PUFFS: [(f64, f64, f64, f64); 9] = [
         (0.85, 0.95, 0.50, 0.42),
         (1.30, 1.05, 0.60, 0.52),
@@ -66,46 +114,87 @@ fn cloud() -> Result<String, std::fmt::Error> {
         (1.55, 1.00, 1.25, 0.26),
         (0.55, 1.05, 0.42, 0.26),
     ];
-    let mut text = String::from(
-        "# Made by examples/generate_assets.rs: a cumulus of spheres eroded by fractal noise.\n",
-    );
-    writeln!(
-        text,
-        "MakeNamedMedium \"cloud\" \"string type\" \"heterogeneous\""
-    )?;
-    writeln!(
-        text,
-        "  \"integer nx\" {} \"integer ny\" {} \"integer nz\" {}",
-        N[0], N[1], N[2]
-    )?;
-    writeln!(text, "  \"point p0\" [0 0 0] \"point p1\" [3 2 1.667]")?;
-    writeln!(text, "  \"float density\" [")?;
-    for z in 0..N[2] {
-        for y in 0..N[1] {
-            for x in 0..N[0] {
-                let at = |i: usize, n: usize, length: f64| (i as f64 + 0.5) / n as f64 * length;
-                let p = DVec3::new(at(x, N[0], 3.0), at(y, N[1], 2.0), at(z, N[2], 1.667));
-                // A smooth union of the puffs, flat at the base, then eroded.
-                let body: f64 = PUFFS
-                    .iter()
-                    .map(|&(x, y, z, r)| (1.0 - p.distance(DVec3::new(x, y, z)) / r).max(-1.0))
-                    .map(|inside| (4.0 * inside).exp())
-                    .sum::<f64>()
-                    .ln()
-                    / 4.0;
-                let base = ((p.z - 0.22) / 0.10).clamp(0.0, 1.0);
-                let density = ((body + 0.5 * fractal(p * 3.4) - 0.12) * 5.0).clamp(0.0, 1.0) * base;
-                let hundredths = (density * 100.0).round();
-                write!(text, "{} ", hundredths / 100.0)?;
-            }
-            text.push('\n');
+    grid("cloud", [112, 100, 48], DVec3::new(3.0, 2.0, 1.667), |p| {
+        // A smooth union of the puffs, flat at the base, then eroded.
+        let body: f64 = PUFFS
+            .iter()
+            .map(|&(x, y, z, r)| (1.0 - p.distance(DVec3::new(x, y, z)) / r).max(-1.0))
+            .map(|inside| (4.0 * inside).exp())
+            .sum::<f64>()
+            .ln()
+            / 4.0;
+        let base = ((p.z - 0.22) / 0.10).clamp(0.0, 1.0);
+        ((body + 0.5 * fractal(p * 3.4) - 0.12) * 5.0) * base
+    })
+}
+
+/// A plume that the wind bends and tears.
+fn smoke() -> Result<String, std::fmt::Error> {
+    grid("smoke", [100, 40, 100], DVec3::new(2.0, 0.8, 2.0), |p| {
+        let rise = p.z / 2.0;
+        let sway = 0.10 * rise * (5.0 * rise).sin();
+        let center = DVec3::new(0.35 + 0.9 * rise.powf(1.7) + sway, 0.4, p.z);
+        let radius = 0.06 + 0.26 * rise;
+        let swirl = DVec3::new(
+            fractal(p * 2.6),
+            fractal(p * 2.6 + 17.0),
+            fractal(p * 2.6 + 41.0),
+        );
+        let q = p + swirl * (0.04 + 0.16 * rise);
+        let inside = 1.0 - (q - center).truncate().length() / radius;
+        let torn = inside + 0.5 * rise * fractal(q * 6.0);
+        let fade = ((p.z - 0.03) / 0.05).clamp(0.0, 1.0) * ((1.95 - p.z) / 0.5).clamp(0.0, 1.0);
+        (1.6 * torn).max(0.0) * fade * (1.0 - 0.55 * rise)
+    })
+}
+
+/// A torus knot: a closed tube, in ASCII.
+fn knot() -> Result<String, std::fmt::Error> {
+    const ALONG: usize = 220;
+    const AROUND: usize = 14;
+    let curve = |t: f64| {
+        let r = 0.75 + 0.30 * (3.0 * t).cos();
+        DVec3::new(
+            r * (2.0 * t).cos(),
+            r * (2.0 * t).sin(),
+            0.38 * (3.0 * t).sin(),
+        )
+    };
+    let mut text = String::from("ply\nformat ascii 1.0\ncomment examples/generate_assets.rs\n");
+    writeln!(text, "element vertex {}", ALONG * AROUND)?;
+    text.push_str("property float x\nproperty float y\nproperty float z\n");
+    writeln!(text, "element face {}", ALONG * AROUND)?;
+    text.push_str("property list uchar int vertex_indices\nend_header\n");
+    for i in 0..ALONG {
+        let t = i as f64 / ALONG as f64 * std::f64::consts::TAU;
+        let tangent = (curve(t + 1e-4) - curve(t - 1e-4)).normalize();
+        let u = tangent.cross(DVec3::Z).normalize();
+        let v = u.cross(tangent);
+        for k in 0..AROUND {
+            let a = k as f64 / AROUND as f64 * std::f64::consts::TAU;
+            let p = curve(t) + (u * a.cos() + v * a.sin()) * 0.17;
+            writeln!(text, "{:.5} {:.5} {:.5}", p.x, p.y, p.z)?;
         }
     }
-    text.push_str("  ]\n");
+    for i in 0..ALONG {
+        for k in 0..AROUND {
+            let at = |i: usize, k: usize| i % ALONG * AROUND + k % AROUND;
+            // Seen from outside, the corners run counterclockwise: normals point out of the tube.
+            writeln!(
+                text,
+                "4 {} {} {} {}",
+                at(i, k),
+                at(i + 1, k),
+                at(i + 1, k + 1),
+                at(i, k + 1)
+            )?;
+        }
+    }
     Ok(text)
 }
 
-fn sky() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+/// A clear sky in latitude and longitude; `sun` is the radiance of its disk.
+fn sky(sun_radiance: f64) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     const WIDTH: usize = 256;
     const HEIGHT: usize = 128;
     let sun = DVec3::new(-0.80, -0.30, 0.45).normalize();
@@ -130,7 +219,7 @@ fn sky() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
             let cos_sun = d.dot(sun);
             rgb += DVec3::new(1.0, 0.7, 0.4) * 0.6 * cos_sun.max(0.0).powi(24);
             if cos_sun > 0.9986 {
-                rgb += DVec3::new(1.0, 0.82, 0.6) * 420.0;
+                rgb += DVec3::new(1.0, 0.82, 0.6) * sun_radiance;
             }
             data.extend(rgb.to_array().map(|c| c as f32));
         }

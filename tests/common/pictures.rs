@@ -1,0 +1,165 @@
+//! Pictures of one scene with several seeds, and whether they agree with a converged one.
+//!
+//! The noise is measured, not assumed: the spread of a block's mean over the seeds gives its standard error s. The
+//! reference has noise too: if one of its samples varies as ours do, its variance is s² · (our samples per pixel) / (its
+//! samples per pixel). The two add up, and a block may be off by `BLOCK_SIGMAS` of the sum's root plus `HALF_FLOAT` of
+//! its value, by which the reference is rounded. The whole picture's mean may be off by `MEAN_TOLERANCE` plus four
+//! standard errors.
+
+use std::path::Path;
+use std::sync::atomic::AtomicBool;
+
+use super::scene::compile_scene;
+use tyndall::compile::CompileOptions;
+use tyndall::image::codec::decode;
+use tyndall::image::{Image, PixelRect};
+use tyndall::render::{Unwatched, render};
+
+/// Side of a block in pixels.
+pub(crate) const BLOCK: usize = 16;
+/// Standard errors within which a block agrees. The errors come from few seeds, whence more than the usual four.
+const BLOCK_SIGMAS: f64 = 7.0;
+/// Half of the spacing of 11-bit significands, and as much again for what the film rounds.
+const HALF_FLOAT: f64 = 1e-3;
+/// Relative difference of means that is accepted besides noise.
+const MEAN_TOLERANCE: f64 = 0.003;
+
+/// Pictures of one scene with different seeds.
+pub(crate) struct Renders {
+    pub(crate) pictures: Vec<Image>,
+    /// Samples per pixel of all of them together.
+    pub(crate) spp: f64,
+    /// Least number of samples per pixel of the reference.
+    pub(crate) reference_spp: f64,
+}
+
+/// Renders a scene with `n_seeds` seeds; only what `window` needs, if there is one.
+pub(crate) fn render_seeds(
+    file: &Path,
+    n_seeds: u64,
+    options: &CompileOptions,
+    window: Option<PixelRect>,
+    reference_spp: f64,
+) -> Renders {
+    let directory = file.parent().expect("a file is in a directory");
+    let text = std::fs::read(file).expect("the scene is there");
+    let read = |path: &str| std::fs::read(directory.join(path)).ok();
+    let mut job = compile_scene(text, options, read).job;
+    let spp = job.spp;
+    job.pixel_bounds = window.map(|window| grown(window, job.film.filter.radius()));
+    let pictures = (0..n_seeds)
+        .map(|seed| {
+            job.seed = seed;
+            let rendered = render(&job, &Unwatched, &AtomicBool::new(false));
+            assert_eq!(
+                rendered.report.bad_samples, 0,
+                "samples that are no numbers"
+            );
+            assert_eq!(rendered.report.counters.stuck_paths, 0, "stuck paths");
+            match window {
+                Some(window) => rendered
+                    .image
+                    .crop(window)
+                    .expect("a window of the picture"),
+                None => rendered.image,
+            }
+        })
+        .collect();
+    Renders {
+        pictures,
+        spp: (n_seeds * u64::from(spp)) as f64,
+        reference_spp,
+    }
+}
+
+/// The pixels whose samples reach a window.
+fn grown(window: PixelRect, radius: [f64; 2]) -> PixelRect {
+    let [rx, ry] = radius.map(|r| r.ceil() as usize);
+    PixelRect {
+        x0: window.x0 - rx as i32,
+        y0: window.y0 - ry as i32,
+        width: window.width + 2 * rx,
+        height: window.height + 2 * ry,
+    }
+}
+
+pub(crate) fn read_reference(file: &Path) -> Image {
+    let bytes = std::fs::read(file).expect("the reference is there");
+    decode(&bytes, "exr")
+        .expect("the reference is an EXR")
+        .image
+}
+
+/// Mean of a channel over a rectangle.
+fn mean(image: &Image, rect: PixelRect, channel: usize) -> f64 {
+    let mut sum = 0.0;
+    for y in 0..rect.height {
+        for x in 0..rect.width {
+            let [x, y] = [rect.x0 as usize + x, rect.y0 as usize + y];
+            sum += f64::from(image.pixel(x, y)[channel]);
+        }
+    }
+    sum / (rect.width * rect.height) as f64
+}
+
+/// Mean of several numbers and its standard error.
+fn spread(values: &[f64]) -> (f64, f64) {
+    let n = values.len() as f64;
+    let mean = values.iter().sum::<f64>() / n;
+    let squares: f64 = values.iter().map(|v| (v - mean).powi(2)).sum();
+    (mean, (squares / (n - 1.0) / n).sqrt())
+}
+
+impl Renders {
+    /// Every way in which the pictures disagree with the reference.
+    pub(crate) fn disagreements(&self, reference: &Image) -> Vec<String> {
+        let first = &self.pictures[0];
+        assert_eq!(
+            (first.width(), first.height()),
+            (reference.width(), reference.height()),
+            "pictures of one size"
+        );
+        let reference_share = (self.spp / self.reference_spp).sqrt();
+        let compare = |rect: PixelRect, channel: usize| {
+            let means: Vec<f64> = self
+                .pictures
+                .iter()
+                .map(|picture| mean(picture, rect, channel))
+                .collect();
+            let (ours, error) = spread(&means);
+            let theirs = mean(reference, rect, channel);
+            (ours, theirs, error * 1f64.hypot(reference_share))
+        };
+        let mut found = Vec::new();
+        for channel in 0..3 {
+            let (ours, theirs, error) = compare(first.bounds(), channel);
+            println!("channel {channel}: {ours} ± {error:.1e}, reference {theirs}");
+            if (ours - theirs).abs() > MEAN_TOLERANCE * theirs.abs() + 4.0 * error {
+                found.push(format!(
+                    "mean {channel}: {ours} ± {error:.1e} is not {theirs}"
+                ));
+            }
+            let mut worst = 0f64;
+            for y in (0..first.height()).step_by(BLOCK) {
+                for x in (0..first.width()).step_by(BLOCK) {
+                    let rect = PixelRect {
+                        x0: x as i32,
+                        y0: y as i32,
+                        width: BLOCK.min(first.width() - x),
+                        height: BLOCK.min(first.height() - y),
+                    };
+                    let (ours, theirs, error) = compare(rect, channel);
+                    let excess = (ours - theirs).abs() - HALF_FLOAT * theirs.abs();
+                    worst = worst.max(excess / error);
+                    if excess.is_nan() || excess > BLOCK_SIGMAS * error {
+                        found.push(format!(
+                            "block ({x}, {y}), channel {channel}: {ours} ± {error:.1e} is not {theirs}"
+                        ));
+                    }
+                }
+            }
+            println!("channel {channel}: the worst block is {worst:.1} sigma off");
+        }
+        found
+    }
+}
