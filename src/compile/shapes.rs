@@ -1,5 +1,6 @@
 //! Reading shapes: parameters and files to geometry in object space.
 
+use glam::DVec3;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
 
@@ -9,7 +10,7 @@ use crate::compile::{lookup, unsupported};
 use crate::describe::description::ShapeEntity;
 use crate::shape::Mesh;
 use crate::shape::ply::{self, PlyMesh};
-use crate::shape::quadric::{Disk, Form, Sphere};
+use crate::shape::quadric::{Disk, Form, Paraboloid, Sphere, cone, cylinder, hyperboloid};
 
 /// A shape in object space.
 #[derive(Clone)]
@@ -53,6 +54,39 @@ pub(super) fn read_shape(
                 inner,
                 phi_max(&mut p),
             ))))
+        }
+        "cylinder" => {
+            let radius = p.float("radius") as f64;
+            let (z_min, z_max) = (p.float("zmin") as f64, p.float("zmax") as f64);
+            let form = cylinder(radius, z_min, z_max, phi_max(&mut p));
+            Some(Local::Form(Form::Sweep(form)))
+        }
+        "cone" => {
+            let (radius, height) = (p.float("radius") as f64, p.float("height") as f64);
+            let form = cone(radius, height, phi_max(&mut p));
+            if height < 0.0 {
+                let message = format!("a cone of height {height} has its tip below its base");
+                let span = p.span("height");
+                p.report(Diagnostic::warning("no-area", span, message).with_label(INSTEAD));
+                None
+            } else {
+                Some(Local::Form(Form::Sweep(form)))
+            }
+        }
+        "paraboloid" => {
+            let radius = p.float("radius") as f64;
+            let (z_min, z_max) = (p.float("zmin") as f64, p.float("zmax") as f64);
+            Some(Local::Form(Form::Paraboloid(Paraboloid::new(
+                radius,
+                z_min,
+                z_max,
+                phi_max(&mut p),
+            ))))
+        }
+        "hyperboloid" => {
+            let [p1, p2] = ["p1", "p2"].map(|name| DVec3::from(p.point3(name).map(f64::from)));
+            let form = hyperboloid(p1, p2, phi_max(&mut p));
+            Some(Local::Form(Form::Sweep(form)))
         }
         "trianglemesh" => check_alpha(&mut p)
             .and_then(|()| triangle_mesh(&mut p))
