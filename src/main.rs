@@ -1,5 +1,7 @@
 //! The `tyndall` program.
 
-fn main() -> std::process::ExitCode {
-    tyndall::app::run()
+use std::process::ExitCode;
+
+fn main() -> ExitCode {
+    ExitCode::from(tyndall::app::run(std::env::args_os()).code())
 }

@@ -326,7 +326,7 @@ fn ewa_limits_the_ratio_and_falls_back_to_bilinear() {
     let long = Vec2::new(0.5, 0.0);
     assert_eq!(
         mip.ewa::<f32>(st, long, Vec2::ZERO, 8.0),
-        mip.bilinear(0, st)
+        mip.bilinear::<f32>(0, st)
     );
     let thin = mip.ewa::<f32>(st, long, Vec2::new(0.0, 1e-4), 4.0);
     let lengthened = mip.ewa::<f32>(st, long, Vec2::new(0.0, 0.125), 4.0);
@@ -337,7 +337,7 @@ fn ewa_limits_the_ratio_and_falls_back_to_bilinear() {
     let swapped = mip.ewa::<f32>(st, Vec2::new(0.0, 0.125), long, 4.0);
     assert_eq!(swapped, lengthened);
     let everything = mip.ewa::<f32>(st, Vec2::new(4.0, 0.0), Vec2::new(0.0, 4.0), 8.0);
-    assert_eq!(everything, mip.texel(mip.n_levels() - 1, 0, 0));
+    assert_eq!(everything, mip.texel::<f32>(mip.n_levels() - 1, 0, 0));
 }
 
 #[test]

@@ -1,33 +1,70 @@
 //! The file system: scenes, includes and the files that scenes name.
 
+use std::collections::HashMap;
+use std::fs::File;
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
 use tyndall_parser::source::{SourceBytes, Sources, Spanned};
-use tyndall_parser::{LoadError, Loaded, Loader};
+use tyndall_parser::{FileId, LoadError, Loaded, Loader};
 
+use super::plan::Input;
 use crate::compile::Assets;
 
-/// Where a relative path of a scene starts: the directory of the top-level file, or the working directory for
-/// standard input.
-fn resolve(path: &str, top_level: &str) -> PathBuf {
-    let directory = Path::new(top_level).parent().unwrap_or(Path::new(""));
-    directory.join(path)
+/// What diagnostics call standard input.
+const STDIN: &str = "<stdin>";
+
+/// Knows where the relative paths of each top-level file start.
+#[derive(Default)]
+pub(super) struct Files {
+    /// From names as diagnostics show them: a path need not be text, its name is.
+    directories: HashMap<String, PathBuf>,
 }
 
-fn read(path: &Path) -> Result<SourceBytes, String> {
-    // Read, not mapped: a file that changes while it is mapped would be undefined behaviour.
-    std::fs::read(path)
-        .map(|bytes| Arc::new(bytes) as SourceBytes)
-        .map_err(|e| e.to_string())
+impl Files {
+    /// Reads a top-level file.
+    ///
+    /// # Errors
+    /// One sentence that names the file.
+    pub(super) fn open(&mut self, input: &Input, sources: &mut Sources) -> Result<FileId, String> {
+        let (name, directory, bytes) = match input {
+            Input::Stdin => {
+                let mut bytes = Vec::new();
+                let read = io::stdin().lock().read_to_end(&mut bytes);
+                (STDIN.to_owned(), PathBuf::new(), read.map(|_| bytes))
+            }
+            Input::File(path) => {
+                let directory = path.parent().map(Path::to_owned).unwrap_or_default();
+                (path.display().to_string(), directory, std::fs::read(path))
+            }
+        };
+        let bytes = bytes.map_err(|error| format!("cannot read \"{name}\": {}", reason(&error)))?;
+        self.directories.insert(name.clone(), directory);
+        Ok(sources.add(name, Arc::new(bytes) as SourceBytes))
+    }
+
+    /// Where a path of a scene leads. Relative ones start at the directory of the top-level file, or at the working
+    /// directory for standard input.
+    fn resolve(&self, path: &str, top_level: &str) -> PathBuf {
+        match self.directories.get(top_level) {
+            Some(directory) => directory.join(path),
+            None => PathBuf::from(path),
+        }
+    }
+
+    /// The files that parameters name, for scene files in `sources`.
+    pub(super) fn assets<'a>(&'a self, sources: &'a Sources) -> impl Assets + 'a {
+        FileAssets {
+            files: self,
+            sources,
+        }
+    }
 }
 
-/// Reads included files.
-pub(super) struct FileLoader;
-
-impl Loader for FileLoader {
+impl Loader for Files {
     fn load(&self, path: &str, top_level: &str) -> Result<Loaded, LoadError> {
-        let path = resolve(path, top_level);
+        let path = self.resolve(path, top_level);
         let bytes = read(&path).map_err(LoadError::new)?;
         Ok(Loaded {
             name: path.display().to_string(),
@@ -36,14 +73,36 @@ impl Loader for FileLoader {
     }
 }
 
-/// Reads the files that parameters name.
-pub(super) struct FileAssets<'a> {
-    pub(super) sources: &'a Sources,
+struct FileAssets<'a> {
+    files: &'a Files,
+    sources: &'a Sources,
 }
 
 impl Assets for FileAssets<'_> {
     fn read(&self, path: &Spanned<String>) -> Result<SourceBytes, String> {
         let top_level = self.sources.name(self.sources.top_level(path.span.file));
-        read(&resolve(&path.value, top_level))
+        read(&self.files.resolve(&path.value, top_level))
+    }
+}
+
+/// Reads a file that a scene names. Devices and pipes, which may never end, are refused.
+fn read(path: &Path) -> Result<SourceBytes, String> {
+    let refusal = |error: io::Error| reason(&error);
+    if !std::fs::metadata(path).map_err(refusal)?.is_file() {
+        return Err("it is not a regular file".to_owned());
+    }
+    let mut file = File::open(path).map_err(refusal)?;
+    // Read, not mapped: a file that changes while it is mapped would be undefined behaviour.
+    let mut bytes = Vec::new();
+    file.read_to_end(&mut bytes).map_err(refusal)?;
+    Ok(Arc::new(bytes))
+}
+
+/// The system's words for an error, without its number.
+pub(super) fn reason(error: &io::Error) -> String {
+    let text = error.to_string();
+    match text.split_once(" (os error ") {
+        Some((words, _)) => words.to_owned(),
+        None => text,
     }
 }

@@ -1,55 +1,130 @@
-//! The command line: the only room that reads arguments, opens files and prints.
+//! The command line: the only room that reads arguments and the environment, opens files, listens to signals and
+//! prints.
+//!
+//! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it. Refuses
+//! to know anything about plugins or light. `docs/cli.md` is the manual.
 
+mod args;
+mod console;
 mod files;
+mod interrupt;
+mod outcome;
+mod output;
+mod plan;
+mod progress;
+mod report;
+mod resources;
+mod session;
 
-use std::process::ExitCode;
-use std::sync::Arc;
-use std::sync::atomic::AtomicBool;
+use std::ffi::OsString;
+use std::time::Instant;
 
-use tyndall_parser::diagnostic::Style;
-use tyndall_parser::source::{SourceBytes, Sources};
+use console::Console;
+use interrupt::Interrupt;
+pub use outcome::Outcome;
+use output::Place;
+use plan::{Destination, Plan};
+use report::Report;
+use session::Session;
 
-use crate::compile::{CompileOptions, compile};
-use crate::describe::describe;
-use crate::image::codec::{ImageFile, Precision, encode};
-use crate::render::{Unwatched, render};
-
-/// Runs the program.
-pub fn run() -> ExitCode {
-    let args: Vec<String> = std::env::args().collect();
-    let mut sources = Sources::new();
-    let bytes = std::fs::read(&args[1]).expect("scene");
-    let root = sources.add(args[1].clone(), Arc::new(bytes) as SourceBytes);
-    let t = std::time::Instant::now();
-    let (file, d) = tyndall_parser::parse(&mut sources, root, &files::FileLoader);
-    eprint!("{}", d.render(&sources, Style::Plain));
-    let (scene, d) = describe(file);
-    eprint!("{}", d.render(&sources, Style::Plain));
-    for frame in scene.frames {
-        let assets = files::FileAssets { sources: &sources };
-        let options = CompileOptions {
-            spp: args.get(3).map(|s| s.parse().unwrap()),
-            ..Default::default()
-        };
-        let (compiled, d) = compile(frame, &options, &assets);
-        eprint!("{}", d.render(&sources, Style::Plain));
-        let Some(compiled) = compiled else {
-            return ExitCode::FAILURE;
-        };
-        eprintln!("loaded {:?}", t.elapsed());
-        let rendered = render(&compiled.job, &Unwatched, &AtomicBool::new(false));
-        eprintln!("rendered {:?} {:?}", t.elapsed(), rendered.report);
-        let crop = compiled.job.film.crop;
-        let file = ImageFile {
-            image: rendered.image,
-            origin: (crop.x0, crop.y0),
-            display_window: compiled.frame,
-            attributes: vec![],
-        };
-        let out = args.get(2).cloned().unwrap_or(compiled.filename);
-        let bytes =
-            encode(&file, out.rsplit('.').next().unwrap(), Precision::Float).expect("encodes");
-        std::fs::write(&out, bytes).expect("writes");
+/// Runs the program with its arguments, program name included.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> Outcome {
+    match args::parse(args).and_then(Plan::new) {
+        Ok(plan) => carry_out(&plan),
+        Err(message) => {
+            // Help and version go to standard output, faults to standard error; whoever closed either does not want
+            // to hear of it.
+            let _ = message.print();
+            if message.use_stderr() {
+                Outcome::Usage
+            } else {
+                Outcome::Complete
+            }
+        }
     }
-    ExitCode::SUCCESS
+}
+
+fn carry_out(plan: &Plan) -> Outcome {
+    let start = Instant::now();
+    let mut console = Console::new(plan.verbosity);
+    for option in &plan.without_effect {
+        console.note(&format!("note: {option} has no effect"));
+    }
+    let json = match plan.json.as_ref().map(ReportSink::new).transpose() {
+        Ok(json) => json,
+        Err(why) => {
+            console.say(&format!("fatal: {why}"));
+            return Outcome::Failed;
+        }
+    };
+    let interrupt = Interrupt::listen();
+    let mut report = Session::new(plan, &mut console, &interrupt).run();
+    report.exit_code = report.outcome.code();
+    report.peak_memory_bytes = resources::peak_memory();
+    report.seconds.cpu = resources::cpu_seconds();
+    report.seconds.wall = start.elapsed().as_secs_f64();
+    console.detail(&report.seconds.text(report.peak_memory_bytes));
+    sum_up(&report, &console);
+
+    let written = json.map_or(Ok(()), |json| json.write(&report.to_json()));
+    match written {
+        Ok(()) => report.outcome,
+        Err(why) => {
+            console.say(&format!("fatal: {why}"));
+            report.outcome.max(Outcome::Failed)
+        }
+    }
+}
+
+/// Where the report goes; known to be writable.
+enum ReportSink {
+    Stdout,
+    File(Place),
+}
+
+impl ReportSink {
+    fn new(destination: &Destination) -> Result<Self, String> {
+        match destination {
+            Destination::Stdout => Ok(Self::Stdout),
+            Destination::File(path) => Place::new(path).map(Self::File),
+        }
+    }
+
+    fn write(&self, text: &str) -> Result<(), String> {
+        match self {
+            Self::Stdout => console::print(text)
+                .map_err(|error| format!("cannot write to standard output: {error}")),
+            Self::File(place) => place.write(text.as_bytes()),
+        }
+    }
+}
+
+/// One line at the end: how many findings, and how it ended.
+fn sum_up(report: &Report, console: &Console) {
+    let counts = report.counts;
+    let parts = [
+        (counts.fatal, "fatal error"),
+        (counts.errors, "error"),
+        (counts.warnings, "warning"),
+    ];
+    let parts: Vec<String> = parts
+        .into_iter()
+        .filter(|(n, _)| *n > 0)
+        .map(|(n, what)| format!("{n} {what}{}", if n == 1 { "" } else { "s" }))
+        .collect();
+    if parts.is_empty() && report.outcome == Outcome::Complete && report.task != "check" {
+        return;
+    }
+    let found = if parts.is_empty() {
+        "no findings".to_owned()
+    } else {
+        parts.join(", ")
+    };
+    let (how, code) = (report.outcome.explanation(), report.exit_code);
+    let line = format!("tyndall: {found}; {how} (exit status {code})");
+    if report.outcome == Outcome::Complete {
+        console.note(&line);
+    } else {
+        console.say(&line);
+    }
 }

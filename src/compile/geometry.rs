@@ -238,7 +238,11 @@ impl Loaded {
         // One look at each `AreaLightSource`, however many shapes emit by it.
         let mut area_lights = vec![None; frame.area_lights.len()];
         let mut surface = |shape: &LocalShape, diagnostics: &mut Diagnostics| {
-            builders.surface(&shape.entity, frame, &mut area_lights, diagnostics)
+            let surface = builders.surface(&shape.entity, frame, &mut area_lights, diagnostics);
+            if surface.emission.is_some() {
+                warn_of_bias(shape, &surface, diagnostics);
+            }
+            surface
         };
         for shape in self.shapes {
             let of_surface = surface(&shape, diagnostics);
@@ -505,6 +509,45 @@ fn area_light(
     let two_sided = p.bool("twosided");
     p.finish();
     Some((radiance?, two_sided))
+}
+
+/// Scales within this of 1 are what composing rotations leaves.
+const UNSCALED: f64 = 1e-6;
+
+/// Says where pbrt-v3's light sampling disagrees with its own surfaces: its picture is biased, and ours differs.
+fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnostics) {
+    let [world_from_object, _] = shape.world_from_object.ends();
+    let entity = &shape.entity;
+    let mut warn = |what: &str| {
+        let message = format!("pbrt-v3 renders this light biased: {what}");
+        diagnostics.push(
+            Diagnostic::warning("biased-in-pbrt", entity.entity.span, message)
+                .with_label("sampled here as it is seen"),
+        );
+    };
+    match &shape.local {
+        Local::Form(form) => {
+            let scale = world_from_object.uniform_scale(UNSCALED);
+            if !scale.is_some_and(|scale| (scale - 1.0).abs() <= UNSCALED) {
+                warn("it samples scaled quadrics with their unscaled size");
+            }
+            if !form.is_whole() {
+                warn("it samples parts of quadrics as the whole");
+            }
+            if world_from_object.swaps_handedness() {
+                warn("it samples the other side of a mirrored quadric");
+            }
+        }
+        Local::Mesh(mesh) => {
+            let has_frame = !mesh.normals.is_empty() || !mesh.tangents.is_empty();
+            if entity.reverse_orientation && has_frame {
+                warn("it samples the other side of a reversed mesh with normals or tangents");
+            }
+        }
+    }
+    if !surface.material.is_some() {
+        warn("it leaves out half of the light of surfaces without a material");
+    }
 }
 
 fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diagnostics) {

@@ -10,7 +10,8 @@ use crate::compile::space::{self, RenderSpace};
 use crate::compile::textures::read_image;
 use crate::compile::{lookup, spectra, unsupported};
 use crate::describe::description::{Entity, Frame, LightEntity};
-use crate::image::mip::{MipMap, Wrap};
+use crate::image::mip::Wrap;
+use crate::image::resample::to_powers_of_two;
 use crate::light::infinite::InfiniteLight;
 use crate::light::{DistantLight, Light, PointLight};
 use crate::math::{Point3, Vec3};
@@ -29,7 +30,8 @@ pub(super) fn build(
     }
 }
 
-/// `name` times `scale`, finite and not negative in sum; a light that is neither is dropped with an error.
+/// `name` times `scale`. `None` for a light without any positive channel, and, with an error, for one that is not
+/// finite.
 pub(super) fn radiance(
     plugin: PluginRef,
     entity: &Entity,
@@ -49,7 +51,8 @@ pub(super) fn radiance(
         );
         return None;
     }
-    Some(product.clamp_negative()).filter(|rgb| !rgb.is_black())
+    // Negative channels of saturated spectra stay: they are part of the light until the pixel is cut at 0.
+    Some(product).filter(|rgb| rgb.max_component() > 0.0)
 }
 
 fn light(
@@ -118,9 +121,9 @@ fn light(
                 None => InfiniteLight::constant(emission),
                 Some(image) => {
                     // Up-sampled to powers of two, as pbrt-v3 looks maps up.
-                    let map = MipMap::new(image, Wrap::Repeat);
+                    let map = to_powers_of_two(image, Wrap::Repeat);
                     let linear = render_from_light.affine().matrix3;
-                    InfiniteLight::with_map(emission, map.level(0), linear)?
+                    InfiniteLight::with_map(emission, &map, linear)?
                 }
             };
             Some(Light::Infinite(Box::new(light)))

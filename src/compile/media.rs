@@ -177,7 +177,14 @@ impl<'a> Media<'a> {
                         .with_label("such channels count as 0"),
                 );
             }
-            scaled.map(|c| if c.is_finite() { c.max(0.0) } else { 0.0 })
+            // Half the range, so that the sum of the two is finite as well.
+            scaled.map(|c| {
+                if c.is_finite() {
+                    c.clamp(0.0, 0.5 * f32::MAX)
+                } else {
+                    0.0
+                }
+            })
         });
         (sigma_a, sigma_s)
     }

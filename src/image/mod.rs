@@ -15,7 +15,7 @@ mod openexr;
 mod pfm;
 mod raster;
 pub mod repair;
-mod resample;
+pub mod resample;
 pub mod srgb;
 
 pub use error::ImageError;

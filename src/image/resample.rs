@@ -25,7 +25,7 @@ struct Taps {
 /// Brings every side that is not a power of two up to the next one; samples below 0 become 0.
 ///
 /// An image with two powers of two passes untouched.
-pub(super) fn to_powers_of_two(image: Image, wrap: Wrap) -> Image {
+pub fn to_powers_of_two(image: Image, wrap: Wrap) -> Image {
     let (width, height) = (
         image.width().next_power_of_two(),
         image.height().next_power_of_two(),

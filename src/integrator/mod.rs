@@ -30,6 +30,8 @@ pub struct Counters {
     pub medium_scatterings: u64,
     /// Paths given up because they crossed more null surfaces in a row than a straight ray can meet.
     pub stuck_paths: u64,
+    /// Paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
+    pub leaked_paths: u64,
 }
 
 impl Counters {
@@ -39,6 +41,7 @@ impl Counters {
         self.shadow_rays += other.shadow_rays;
         self.medium_scatterings += other.medium_scatterings;
         self.stuck_paths += other.stuck_paths;
+        self.leaked_paths += other.leaked_paths;
     }
 }
 

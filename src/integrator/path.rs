@@ -14,6 +14,7 @@ use crate::camera::RayDifferential;
 use crate::ids::MediumId;
 use crate::integrator::Counters;
 use crate::integrator::footprint::texture_context;
+use crate::math::error::EPSILON;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::medium::MediumEvent;
 use crate::sampler::Sampler;
@@ -35,6 +36,9 @@ pub struct Path {
 
 /// Bounces after which Russian roulette may end a path.
 const ROULETTE_AFTER: u32 = 3;
+/// Part of a path's extent within which a collision may touch the wall ahead by rounding, down to grazing angles of
+/// 10⁻⁵.
+const NEAR_WALL: f32 = 1e-2;
 /// Least probability with which Russian roulette ends a path it is tested for.
 const MIN_ROULETTE: f32 = 0.05;
 
@@ -111,6 +115,7 @@ impl Path {
                         state.counters.medium_scatterings += 1;
                         differential = None;
                         crossings = 0;
+                        let t = hit.map_or(t, |hit| state.stay_inside(t, &hit));
                         let phase = medium.phase();
                         if state.bounces >= self.max_depth
                             || state.beta.is_black()
@@ -128,6 +133,9 @@ impl Path {
             }
 
             let Some(hit) = hit else {
+                if VOLUMETRIC && state.medium.is_some() && world.is_bounded(state.medium) {
+                    state.counters.leaked_paths += 1;
+                }
                 state.add_environment();
                 break;
             };
@@ -229,6 +237,26 @@ impl State<'_> {
             self.ray.d,
             self.ray.time,
         );
+    }
+
+    /// Distance `t` to a collision before the wall at `hit`, moved off the wall where rounding could carry the point
+    /// through it: the path would go on in a medium it has left.
+    fn stay_inside(&self, t: f32, hit: &Hit) -> f32 {
+        let end = hit.at.t;
+        let size = self.ray.o.0.abs().max_element() + end;
+        // Far from the wall at any angle that matters: most collisions end here.
+        if end - t > NEAR_WALL * size {
+            return t;
+        }
+        let surface = self.world.surface(&self.ray, hit);
+        let rounding =
+            surface.p_err.0 + surface.p.0.abs() * (2.0 * EPSILON) + size * (2.0 * EPSILON);
+        let reach = surface.ng.0.abs().dot(rounding) / surface.ng.abs_dot(self.ray.d);
+        if end - t > reach {
+            t
+        } else {
+            (end - 2.0 * reach).max(0.5 * end)
+        }
     }
 
     /// Scatters in the current medium at distance `t`. False where the path ends.
@@ -367,7 +395,7 @@ impl State<'_> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::{LightId, MaterialId};
+    use crate::ids::{LightId, MaterialId, ObjectId};
     use crate::light::{InfiniteLight, Light};
     use crate::math::Transform;
     use crate::shape::quadric::{Form, Sphere};
@@ -387,7 +415,7 @@ mod tests {
                 material: MaterialId::NONE,
                 media: None,
                 first_light: LightId::NONE,
-                object: crate::ids::ObjectId::NONE,
+                object: ObjectId::NONE,
             }
         };
         let world = World::new(WorldParts {

@@ -107,6 +107,11 @@ impl InfiniteLight {
         )
     }
 
+    /// Density of [`InfiniteLight::sample`] in sr⁻¹.
+    pub fn pdf_w(&self, w: Vec3) -> f32 {
+        self.le_and_pdf(w).1
+    }
+
     /// Draws a direction: by the map's brightness, or uniformly where there is none.
     #[inline]
     pub fn sample(&self, u: [f32; 2]) -> Option<EnvironmentSample> {

@@ -29,7 +29,9 @@ impl Glass {
         ctx: &TextureContext,
         textures: &Textures,
     ) -> Bsdf {
-        let eta = textures.float(self.eta, ctx);
+        // A texture can say anything; without a possible index there is no interface.
+        let eta = Some(textures.float(self.eta, ctx)).filter(|eta| *eta > 0.0 && eta.is_finite());
+        let eta = eta.unwrap_or(1.0);
         let mut bsdf = Bsdf::new(frame, ng, eta);
         let kr = textures.spectrum(self.kr, ctx).clamp_negative();
         let kt = textures.spectrum(self.kt, ctx).clamp_negative();

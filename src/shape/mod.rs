@@ -58,11 +58,12 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
-    /// The same surface placed by a transform from its space to another.
+    /// The same surface placed by a transform from its space to another. The error bound also covers the way back: a
+    /// ray that leaves the point is rounded to f32 once more when it is taken to the space of the surface.
     pub fn placed(&self, transform: &Transform) -> Self {
         let p = transform.point(self.p.to_f64());
         let m = &transform.affine().matrix3;
-        let err = self.p_err.to_f64();
+        let err = self.p_err.to_f64() + self.p.to_f64().abs() * (2.0 * EPSILON as f64);
         let p_err = m.x_axis.abs() * err.x
             + m.y_axis.abs() * err.y
             + m.z_axis.abs() * err.z
@@ -176,4 +177,63 @@ fn area_to_solid_angle(from: Point3, p: Point3, ng: Normal3, pdf_a: f64) -> f32 
     let cos = ng.to_f64().dot(w).abs() / d2.sqrt();
     let pdf_w = (pdf_a * d2 / cos) as f32;
     if pdf_w.is_finite() { pdf_w } else { 0.0 }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::error::offset_origin;
+    use crate::sampling::rng::Rng;
+    use crate::sampling::warp::uniform_sphere;
+    use crate::shape::quadric::{Form, Sphere};
+
+    #[test]
+    fn rays_that_leave_a_placed_surface_do_not_meet_it_again() {
+        let mut rng = Rng::new(5);
+        for k in 0..200_000 {
+            let mut random = |scale: f32| uniform_sphere(rng.uniform2()) * scale;
+            let far = 10f32.powi(k % 5 - 2);
+            let (center, aside) = (random(far), random(far));
+            let shape = if k % 2 == 0 {
+                let sphere = Sphere::new(0.5, -0.5, 0.5, 7.0);
+                let moved = glam::DAffine3::from_translation(center.to_f64());
+                let moved = Transform::from_affine(moved).expect("it has an inverse");
+                Shape::Quadric(Quadric::new(Form::Sphere(sphere), moved, false))
+            } else {
+                Shape::Mesh(Mesh {
+                    positions: [0, 1, 2].map(|_| (center + random(1.0)).into()).to_vec(),
+                    triangles: vec![[0, 1, 2]],
+                    ..Mesh::default()
+                })
+            };
+            let render_from_object =
+                glam::DAffine3::from_axis_angle(random(1.0).to_f64().normalize(), f64::from(k))
+                    * glam::DAffine3::from_translation(aside.to_f64());
+            let placed = Transform::from_affine(render_from_object).expect("it has an inverse");
+            let toward = random(1.0);
+            let ray = Ray {
+                o: Point3::ZERO + center - toward * 3.0,
+                d: toward,
+                time: 0.0,
+            };
+            let Some(hit) = shape.intersect(0, &ray, &RayShear::new(&ray), f32::INFINITY) else {
+                continue;
+            };
+            let surface = shape.surface(0, &ray, &hit).placed(&placed);
+            // Away from a sphere, either way from a triangle.
+            let mut d = random(1.0);
+            if k % 2 == 0 && surface.ng.dot(d) < 0.0 {
+                d = -d;
+            }
+            let o = offset_origin(surface.p, surface.p_err, surface.ng, d);
+            let back = placed.inverse();
+            let ray = Ray {
+                o: Point3::from_f64(back.point(o.to_f64())),
+                d: Vec3::from_f64(back.vector(d.to_f64())),
+                time: 0.0,
+            };
+            let again = shape.intersect(0, &ray, &RayShear::new(&ray), f32::INFINITY);
+            assert_eq!(again, None, "{k}: {ray:?}");
+        }
+    }
 }

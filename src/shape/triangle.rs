@@ -99,7 +99,7 @@ impl RayShear {
             }
             t = self.distance_to_plane(corners);
         }
-        (t > 0.0 && t < t_max).then(|| ElementHit {
+        (t > 0.0 && t < t_max).then_some(ElementHit {
             t,
             barycentric: [e0 * inverse_det, e1 * inverse_det],
         })

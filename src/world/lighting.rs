@@ -64,6 +64,36 @@ impl World {
         }
     }
 
+    /// Weights by which lights are chosen: uniform, or half by power and half evenly among *sources* (a light, or all
+    /// elements of an emitting shape), so that a lamp is found beside a sky that outshines it by the size of the scene.
+    pub(super) fn light_weights(&self, by_power: bool) -> Vec<f64> {
+        if !by_power {
+            return vec![1.0; self.lights.len()];
+        }
+        let powers: Vec<f64> = self
+            .lights
+            .iter()
+            .map(|light| self.power(light).max(0.0))
+            .collect();
+        let total: f64 = powers.iter().sum();
+        let source = |i: usize| match &self.lights[i] {
+            Light::Area(area) => self.geometry(area.geometry).first_light.index(),
+            Light::Point(_) | Light::Distant(_) | Light::Infinite(_) => i,
+        };
+        let mut source_power = vec![0.0; powers.len()];
+        for (i, power) in powers.iter().enumerate() {
+            source_power[source(i)] += power;
+        }
+        let n_sources = source_power.iter().filter(|power| **power > 0.0).count();
+        let share = |power: f64, of: f64| if of > 0.0 { power / of } else { 0.0 };
+        (0..powers.len())
+            .map(|i| {
+                share(powers[i], total)
+                    + share(powers[i], source_power[source(i)]) / n_sources as f64
+            })
+            .collect()
+    }
+
     /// Chooses a light by `u_light` and a point on it by `u`. `None` where nothing can arrive.
     pub fn sample_light(&self, at: &Receiver, u_light: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, pmf) = self.light_choice.sample(u_light)?;
@@ -281,7 +311,7 @@ impl World {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::ids::{GeometryId, MaterialId};
+    use crate::ids::{GeometryId, MaterialId, ObjectId};
     use crate::math::Transform;
     use crate::shape::Quadric;
     use crate::shape::quadric::{Form, Sphere};
@@ -299,7 +329,7 @@ mod tests {
                 material: MaterialId::NONE,
                 media: None,
                 first_light: LightId::new(0),
-                object: crate::ids::ObjectId::NONE,
+                object: ObjectId::NONE,
             }],
             lights: vec![Light::Area(AreaLight {
                 geometry: GeometryId::new(0),

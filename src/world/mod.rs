@@ -119,6 +119,7 @@ pub struct World {
     materials: Vec<Material>,
     textures: Textures,
     media: Vec<Medium>,
+    bounded_media: Vec<bool>,
     lights: Vec<Light>,
     infinite_lights: Vec<LightId>,
     light_choice: LightChoice,
@@ -165,11 +166,22 @@ impl World {
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
             .map(LightId::new)
             .collect();
+        let declared_outside = |medium: MediumId| {
+            parts.camera_medium == medium
+                || parts
+                    .geometries
+                    .iter()
+                    .any(|g| g.media.is_some_and(|m| m.outside == medium))
+        };
+        let bounded_media = (0..parts.media.len())
+            .map(|i| !declared_outside(MediumId::new(i)))
+            .collect();
         let mut world = Self {
             geometries: parts.geometries,
             materials: parts.materials,
             textures: parts.textures,
             media: parts.media,
+            bounded_media,
             lights: parts.lights,
             infinite_lights,
             light_choice: LightChoice::default(),
@@ -181,16 +193,7 @@ impl World {
             n_elements,
             facts,
         };
-        world.light_choice = if parts.choose_lights_by_power {
-            let powers: Vec<f64> = world
-                .lights
-                .iter()
-                .map(|light| world.power(light))
-                .collect();
-            LightChoice::new(&powers)
-        } else {
-            LightChoice::new(&vec![1.0; world.lights.len()])
-        };
+        world.light_choice = LightChoice::new(&world.light_weights(parts.choose_lights_by_power));
         world
     }
 

@@ -34,6 +34,11 @@ impl Disk {
         }
     }
 
+    /// Whether it is neither a ring nor a sector.
+    pub(super) fn is_whole(&self) -> bool {
+        self.inner_radius == 0.0 && self.phi_max >= TAU
+    }
+
     pub(super) fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {
         if d.z == 0.0 {
             return None;

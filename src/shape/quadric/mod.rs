@@ -93,6 +93,14 @@ impl Form {
         }
     }
 
+    /// Whether nothing of the surface is clipped away.
+    pub fn is_whole(&self) -> bool {
+        match self {
+            Self::Sphere(sphere) => sphere.is_whole(),
+            Self::Disk(disk) => disk.is_whole(),
+        }
+    }
+
     /// The eight corners of the box around it in object space.
     pub fn corners(&self) -> [DVec3; 8] {
         corners_of(self.bounds())

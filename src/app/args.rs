@@ -1,0 +1,203 @@
+//! What was typed: pbrt-v3's options unchanged, and ours. Says nothing about what follows from them; see
+//! [`plan`](super::plan).
+
+use std::ffi::OsString;
+use std::path::PathBuf;
+
+use clap::Parser;
+
+use super::outcome::EXIT_STATUS_HELP;
+
+const INPUT_HELP: &str = "\
+Without FILE, or for the FILE -, standard input is read. Several files are one stream of directives;
+relative paths in each start at its own directory. If the first FILE is the word check, the scene is
+checked and not rendered (write ./check for a file of that name). Options may have one dash or two,
+and values may follow an = sign.";
+
+/// The command line as typed.
+#[derive(Parser, Clone, PartialEq, Debug, Default)]
+#[command(
+    name = "tyndall",
+    version,
+    about = "Renders pbrt-v3 scene files.",
+    override_usage = "tyndall [OPTIONS] [FILE]...\n       tyndall check [OPTIONS] [FILE]...",
+    after_help = format!("{INPUT_HELP}\n\n{EXIT_STATUS_HELP}"),
+    args_override_self = true,
+    disable_help_flag = true,
+    disable_version_flag = true
+)]
+pub(super) struct LowArgs {
+    /// Scene files
+    #[arg(value_name = "FILE")]
+    pub(super) files: Vec<PathBuf>,
+
+    /// Write the picture to F (exr, pfm, png or tga) instead of the film's filename
+    #[arg(long, value_name = "F")]
+    pub(super) outfile: Option<PathBuf>,
+
+    /// Render with N threads, 0 for one per core
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub(super) nthreads: usize,
+
+    /// Render a part of the frame, in fractions of its size, unless the film has a cropwindow
+    #[arg(
+        long,
+        num_args = 4,
+        action = clap::ArgAction::Set,
+        value_names = ["X0", "X1", "Y0", "Y1"],
+        allow_negative_numbers = true,
+        value_parser = finite
+    )]
+    pub(super) cropwindow: Option<Vec<f32>>,
+
+    /// A quick look: a quarter of the resolution, one sample per pixel
+    #[arg(long)]
+    pub(super) quick: bool,
+
+    /// Take N samples per pixel, whatever the scene says
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..))]
+    pub(super) spp: Option<u32>,
+
+    /// Seed of all random numbers
+    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
+    pub(super) seed: u64,
+
+    /// Store 16-bit numbers in EXR files instead of 32-bit ones
+    #[arg(long)]
+    pub(super) half: bool,
+
+    /// Render nothing if there is anything to report about the scene, be it a warning
+    #[arg(long)]
+    pub(super) strict: bool,
+
+    /// Read and build the scene, report, and render nothing
+    #[arg(long, conflicts_with_all = ["cat", "toply"])]
+    pub(super) check: bool,
+
+    /// Print the scene in canonical form, includes spliced in, and render nothing
+    #[arg(long)]
+    pub(super) cat: bool,
+
+    /// The same as --cat: meshes stay in the scene
+    #[arg(long)]
+    pub(super) toply: bool,
+
+    /// Write a machine-readable report to FILE, or to standard output for -
+    #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
+    pub(super) json: Option<PathBuf>,
+
+    /// Show errors only: no warnings, no progress, no summary unless there are errors
+    #[arg(long, conflicts_with = "verbose")]
+    pub(super) quiet: bool,
+
+    /// Say what was built, what was skipped, and where the time went
+    #[arg(long)]
+    pub(super) verbose: bool,
+
+    /// Accepted for pbrt-v3's sake; there are no log files
+    #[arg(long, value_name = "DIR", hide_short_help = true)]
+    pub(super) logdir: Option<OsString>,
+
+    /// Accepted for pbrt-v3's sake
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub(super) minloglevel: Option<OsString>,
+
+    /// Accepted for pbrt-v3's sake
+    #[arg(long, value_name = "N", hide_short_help = true)]
+    pub(super) v: Option<OsString>,
+
+    /// Accepted for pbrt-v3's sake
+    #[arg(long, hide_short_help = true)]
+    pub(super) logtostderr: bool,
+
+    /// Print this help
+    #[arg(short, long, action = clap::ArgAction::Help)]
+    help: Option<bool>,
+
+    /// Print the version
+    #[arg(short = 'V', long, action = clap::ArgAction::Version)]
+    version: Option<bool>,
+}
+
+/// Reads the command line, program name included.
+///
+/// # Errors
+/// Wrong options, and the wish for help or the version: what to print, and where to.
+pub(super) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<LowArgs, clap::Error> {
+    let mut is_option = true;
+    LowArgs::try_parse_from(args.into_iter().map(|arg| {
+        is_option &= arg != "--";
+        if is_option { with_two_dashes(arg) } else { arg }
+    }))
+}
+
+/// `-outfile` to `--outfile`. Numbers, `-`, and the options of one letter stay what they are.
+fn with_two_dashes(arg: OsString) -> OsString {
+    let bytes = arg.as_encoded_bytes();
+    let is_long = match bytes {
+        [b'-', first, rest @ ..] => {
+            first.is_ascii_alphabetic() && (!rest.is_empty() || *first == b'v')
+        }
+        _ => false,
+    };
+    if is_long {
+        let mut long = OsString::from("-");
+        long.push(arg);
+        long
+    } else {
+        arg
+    }
+}
+
+fn finite(text: &str) -> Result<f32, String> {
+    match text.parse::<f32>() {
+        Ok(value) if value.is_finite() => Ok(value),
+        Ok(_) => Err("it must be finite".to_owned()),
+        Err(error) => Err(error.to_string()),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ffi::OsString;
+
+    use clap::CommandFactory;
+
+    use super::{LowArgs, parse};
+
+    fn typed(line: &str) -> LowArgs {
+        let args = ["tyndall"].into_iter().chain(line.split_whitespace());
+        parse(args.map(OsString::from)).expect("the line is right")
+    }
+
+    #[test]
+    fn the_definition_of_the_command_line_is_sound() {
+        LowArgs::command().debug_assert();
+    }
+
+    #[test]
+    fn one_dash_two_dashes_and_equal_signs_say_the_same() {
+        let want = typed("--outfile a.exr --nthreads 3 --v 2 scene.pbrt");
+        assert_eq!(want.nthreads, 3);
+        assert_eq!(want.v, Some("2".into()));
+        assert_eq!(typed("-outfile a.exr -nthreads 3 -v 2 scene.pbrt"), want);
+        assert_eq!(typed("scene.pbrt --outfile=a.exr -nthreads=3 -v=2"), want);
+    }
+
+    #[test]
+    fn behind_two_dashes_everything_is_a_file() {
+        assert_eq!(
+            typed("-- -quick").files,
+            ["-quick".into()] as [std::path::PathBuf; 1]
+        );
+    }
+
+    #[test]
+    fn the_last_of_several_counts() {
+        assert_eq!(typed("--spp 3 --spp 4").spp, Some(4));
+        assert_eq!(
+            typed("--cropwindow 0 1 0 1 --cropwindow -1 .5 0 1").cropwindow,
+            Some(vec![-1.0, 0.5, 0.0, 1.0])
+        );
+    }
+}

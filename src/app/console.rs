@@ -1,0 +1,110 @@
+//! Everything that is said to people: findings, notes and facts on standard error, scenes on standard output.
+
+use std::collections::HashMap;
+use std::io::{self, IsTerminal, Write};
+
+use tyndall_parser::diagnostic::{Diagnostics, Severity, Style};
+use tyndall_parser::source::Sources;
+
+use super::plan::Verbosity;
+
+/// Findings of one code that are shown; the report has all of them.
+const MAX_SHOWN_PER_CODE: usize = 50;
+
+/// Standard error.
+pub(super) struct Console {
+    verbosity: Verbosity,
+    style: Style,
+    is_terminal: bool,
+    n_seen: HashMap<&'static str, usize>,
+}
+
+impl Console {
+    /// Coloured on a terminal, unless the environment variable `NO_COLOR` is set (see <https://no-color.org>).
+    pub(super) fn new(verbosity: Verbosity) -> Self {
+        let is_terminal = io::stderr().is_terminal();
+        let wants_colour = std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty())
+            && std::env::var_os("TERM").is_none_or(|term| term != "dumb");
+        let style = if is_terminal && wants_colour {
+            Style::Coloured
+        } else {
+            Style::Plain
+        };
+        Self {
+            verbosity,
+            style,
+            is_terminal,
+            n_seen: HashMap::new(),
+        }
+    }
+
+    /// Whether a progress bar has a place.
+    pub(super) fn shows_progress(&self) -> bool {
+        self.is_terminal && self.verbosity > Verbosity::Quiet
+    }
+
+    /// Says something to everyone.
+    pub(super) fn say(&self, text: &str) {
+        // Whoever closed standard error does not want to hear of it.
+        let _ = writeln!(io::stderr().lock(), "{text}");
+    }
+
+    /// Says something unless `--quiet` was given.
+    pub(super) fn note(&self, text: &str) {
+        if self.verbosity > Verbosity::Quiet {
+            self.say(text);
+        }
+    }
+
+    /// Says something only if `--verbose` was given.
+    pub(super) fn detail(&self, text: &str) {
+        if self.verbosity == Verbosity::Verbose {
+            self.say(text);
+        }
+    }
+
+    /// Shows findings: with `--quiet`, the errors among them; never more than a screenful of one kind.
+    pub(super) fn show(&mut self, found: &Diagnostics, sources: &Sources) {
+        let mut shown = Diagnostics::new();
+        let mut more = Vec::new();
+        for diagnostic in found {
+            if diagnostic.severity == Severity::Warning && self.verbosity == Verbosity::Quiet {
+                continue;
+            }
+            let n_seen = self.n_seen.entry(diagnostic.code).or_default();
+            *n_seen += 1;
+            if *n_seen <= MAX_SHOWN_PER_CODE {
+                shown.push(diagnostic.clone());
+            } else if *n_seen == MAX_SHOWN_PER_CODE + 1 {
+                more.push(diagnostic.code);
+            }
+        }
+        let text = shown.render(sources, self.style);
+        let _ = io::stderr().lock().write_all(text.as_bytes());
+        for code in more {
+            self.say(&format!(
+                "more of the kind `{code}` are not shown; --json lists them all"
+            ));
+        }
+    }
+}
+
+/// Whether a person is expected to type the scene.
+pub(super) fn stdin_is_terminal() -> bool {
+    io::stdin().is_terminal()
+}
+
+/// Writes to standard output. A reader that has seen enough is no error.
+///
+/// # Errors
+/// Any other failure.
+pub(super) fn print(text: &str) -> io::Result<()> {
+    let mut stdout = io::stdout().lock();
+    match stdout
+        .write_all(text.as_bytes())
+        .and_then(|()| stdout.flush())
+    {
+        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
+        result => result,
+    }
+}

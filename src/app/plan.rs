@@ -1,0 +1,147 @@
+//! What to do: the command line with everything decided that can be decided without reading the scene.
+
+use std::path::PathBuf;
+
+use clap::CommandFactory;
+use clap::error::ErrorKind;
+
+use super::args::LowArgs;
+use crate::compile::CompileOptions;
+use crate::image::codec::Precision;
+
+/// A source of directives.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) enum Input {
+    Stdin,
+    File(PathBuf),
+}
+
+/// What is done with the scene.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum Task {
+    Render,
+    Check,
+    Cat,
+}
+
+/// How much is said on standard error.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
+pub(super) enum Verbosity {
+    Quiet,
+    Normal,
+    Verbose,
+}
+
+/// Where the report goes.
+#[derive(Clone, PartialEq, Eq, Debug)]
+pub(super) enum Destination {
+    Stdout,
+    File(PathBuf),
+}
+
+/// A run, decided.
+#[derive(Clone, Debug)]
+pub(super) struct Plan {
+    pub(super) task: Task,
+    pub(super) inputs: Vec<Input>,
+    pub(super) outfile: Option<PathBuf>,
+    /// 0 for one per core.
+    pub(super) n_threads: usize,
+    pub(super) compile: CompileOptions,
+    pub(super) precision: Precision,
+    pub(super) strict: bool,
+    pub(super) json: Option<Destination>,
+    pub(super) verbosity: Verbosity,
+    /// Options that were accepted and do nothing.
+    pub(super) without_effect: Vec<&'static str>,
+}
+
+impl Plan {
+    /// Decides.
+    ///
+    /// # Errors
+    /// Options that contradict each other.
+    pub(super) fn new(args: LowArgs) -> Result<Self, clap::Error> {
+        let without_effect = [
+            ("--logdir", args.logdir.is_some()),
+            ("--minloglevel", args.minloglevel.is_some()),
+            ("--v", args.v.is_some()),
+            ("--logtostderr", args.logtostderr),
+        ];
+        let mut files = args.files;
+        let says_check = files
+            .first()
+            .is_some_and(|file| file.as_os_str() == "check");
+        if says_check {
+            files.remove(0);
+        }
+        let task = match (args.cat || args.toply, args.check || says_check) {
+            (true, true) => return Err(conflict("check and --cat exclude each other")),
+            (true, false) => Task::Cat,
+            (false, true) => Task::Check,
+            (false, false) => Task::Render,
+        };
+        let json = args.json.map(|path| {
+            if path.as_os_str() == "-" {
+                Destination::Stdout
+            } else {
+                Destination::File(path)
+            }
+        });
+        if task == Task::Cat && json == Some(Destination::Stdout) {
+            return Err(conflict("--cat and --json - both write to standard output"));
+        }
+        let inputs: Vec<Input> = if files.is_empty() {
+            vec![Input::Stdin]
+        } else {
+            let input = |file: PathBuf| {
+                if file.as_os_str() == "-" {
+                    Input::Stdin
+                } else {
+                    Input::File(file)
+                }
+            };
+            files.into_iter().map(input).collect()
+        };
+        if inputs
+            .iter()
+            .filter(|input| **input == Input::Stdin)
+            .count()
+            > 1
+        {
+            return Err(conflict("standard input can be read only once"));
+        }
+        Ok(Self {
+            task,
+            inputs,
+            outfile: args.outfile,
+            n_threads: args.nthreads,
+            compile: CompileOptions {
+                crop_window: args.cropwindow.and_then(|window| window.try_into().ok()),
+                quick: args.quick,
+                spp: args.spp,
+                seed: args.seed,
+            },
+            precision: if args.half {
+                Precision::Half
+            } else {
+                Precision::Float
+            },
+            strict: args.strict,
+            json,
+            verbosity: match (args.quiet, args.verbose) {
+                (true, _) => Verbosity::Quiet,
+                (_, true) => Verbosity::Verbose,
+                _ => Verbosity::Normal,
+            },
+            without_effect: without_effect
+                .into_iter()
+                .filter_map(|(option, is_given)| is_given.then_some(option))
+                .collect(),
+        })
+    }
+}
+
+fn conflict(message: &str) -> clap::Error {
+    LowArgs::command().error(ErrorKind::ArgumentConflict, message)
+}

@@ -1,0 +1,478 @@
+//! A run from files to pictures. Phase by phase, and picture by picture: a world is dropped before the next is built.
+
+use std::collections::HashSet;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
+use tyndall_parser::params::ParamClass;
+use tyndall_parser::source::{Sources, Span};
+use tyndall_parser::{FileId, SceneFile};
+
+use super::console::{self, Console};
+use super::files::Files;
+use super::interrupt::Interrupt;
+use super::outcome::Outcome;
+use super::output::{Output, Place};
+use super::plan::{Input, Plan, Task};
+use super::progress::Bar;
+use super::report::{Finding, JobReport, PictureReport, RenderFacts, Report};
+use super::resources;
+use crate::compile::{Compiled, compile};
+use crate::describe::describe;
+use crate::describe::description::Frame;
+use crate::image::codec::{Attribute, Precision};
+use crate::render::{Progress, Rendered, Unwatched, render};
+
+/// Bytes that a pixel takes while it is rendered and written: four sums, the picture, its encoding.
+const BYTES_PER_PIXEL: u128 = 32 + 12 + 12;
+
+/// A run in progress.
+pub(super) struct Session<'a> {
+    plan: &'a Plan,
+    console: &'a mut Console,
+    interrupt: &'a Interrupt,
+    files: Files,
+    sources: Sources,
+    report: Report,
+    /// Whether the directives themselves had errors, which no single picture can be blamed for.
+    is_substituted: bool,
+    /// Files that earlier pictures went to.
+    taken: HashSet<PathBuf>,
+}
+
+/// A picture ready to be rendered.
+struct Picture {
+    compiled: Compiled,
+    /// `None` if it is only checked.
+    output: Option<Output>,
+    report: PictureReport,
+}
+
+/// Why nothing more can be done. It is reported already.
+struct Stop;
+
+impl<'a> Session<'a> {
+    /// Nothing done yet.
+    pub(super) fn new(plan: &'a Plan, console: &'a mut Console, interrupt: &'a Interrupt) -> Self {
+        let task = match plan.task {
+            Task::Render => "render",
+            Task::Check => "check",
+            Task::Cat => "cat",
+        };
+        Self {
+            plan,
+            console,
+            interrupt,
+            files: Files::default(),
+            sources: Sources::new(),
+            report: Report::new(task),
+            is_substituted: false,
+            taken: HashSet::new(),
+        }
+    }
+
+    /// Does it all. The report's totals are left to the caller.
+    pub(super) fn run(mut self) -> Report {
+        if let Err(Stop) = self.work() {
+            self.raise(Outcome::Failed);
+        }
+        self.report
+    }
+
+    fn work(&mut self) -> Result<(), Stop> {
+        if let (Task::Render, Some(outfile)) = (self.plan.task, &self.plan.outfile) {
+            // Known before anything is read, so tried before anything is read.
+            Place::new(outfile).map_err(|why| self.stop("unwritable-output", None, why))?;
+        }
+        let roots = self.open()?;
+        let scene = self.parse(&roots);
+        if self.plan.task == Task::Cat {
+            return self.cat(&scene);
+        }
+        self.go_on()?;
+        let frames = self.describe(scene);
+        self.go_on()?;
+        if frames.is_empty() {
+            return Err(Stop);
+        }
+        self.start_threads()?;
+        self.is_substituted = self.report.counts.errors > 0;
+        if self.plan.strict {
+            // A finding in the last picture forbids the first.
+            let mut pictures = Vec::new();
+            for frame in frames {
+                pictures.extend(self.compile(frame));
+            }
+            if self.report.outcome > Outcome::Complete {
+                return Err(Stop);
+            }
+            for picture in pictures {
+                self.finish(picture);
+            }
+        } else {
+            for frame in frames {
+                if let Some(picture) = self.compile(frame) {
+                    self.finish(picture);
+                }
+            }
+        }
+        Ok(())
+    }
+
+    fn open(&mut self) -> Result<Vec<FileId>, Stop> {
+        let plan = self.plan;
+        let mut roots = Vec::new();
+        for input in &plan.inputs {
+            if *input == Input::Stdin && console::stdin_is_terminal() {
+                self.console.note("reading the scene from standard input");
+            }
+            let opened = self.files.open(input, &mut self.sources);
+            let root = opened.map_err(|why| self.stop("unreadable-file", None, why))?;
+            self.report.scenes.push(self.sources.name(root).to_owned());
+            roots.push(root);
+        }
+        Ok(roots)
+    }
+
+    fn parse(&mut self, roots: &[FileId]) -> SceneFile {
+        let start = Instant::now();
+        let (scene, found) = tyndall_parser::parse_all(&mut self.sources, roots, &self.files);
+        self.report.seconds.parse = seconds_since(start);
+        self.judge(found);
+        scene
+    }
+
+    fn describe(&mut self, scene: SceneFile) -> Vec<Frame> {
+        let start = Instant::now();
+        let (description, found) = describe(scene);
+        self.report.seconds.describe = seconds_since(start);
+        self.judge(found);
+        description.frames
+    }
+
+    fn cat(&mut self, scene: &SceneFile) -> Result<(), Stop> {
+        console::print(&tyndall_parser::print(scene)).map_err(|error| {
+            let why = format!("cannot write to standard output: {error}");
+            self.stop("unwritable-output", None, why)
+        })
+    }
+
+    fn start_threads(&mut self) -> Result<(), Stop> {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(self.plan.n_threads);
+        // The global pool: whatever asks for threads gets these.
+        pool.build_global().map_err(|error| {
+            let why = format!("cannot start {} threads: {error}", self.plan.n_threads);
+            self.stop("no-threads", None, why)
+        })?;
+        self.report.threads = rayon::current_num_threads();
+        Ok(())
+    }
+
+    /// Builds a picture and makes sure that it can be rendered and written. `None` if not; the report then says so.
+    fn compile(&mut self, frame: Frame) -> Option<Picture> {
+        let film = frame.film.span;
+        let given = |name, class| {
+            let param = frame.film.params.get(name, class);
+            param.map(|param| param.value_span)
+        };
+        let film_filename = given("filename", ParamClass::String);
+        let film_window = given("cropwindow", ParamClass::Float);
+        let start = Instant::now();
+        let assets = self.files.assets(&self.sources);
+        let (compiled, found) = compile(frame, &self.plan.compile, &assets);
+        let mut report = PictureReport::default();
+        report.seconds.compile = seconds_since(start);
+        self.report.seconds.compile += report.seconds.compile;
+        drop(assets);
+        let (is_fatal, has_errors) = (found.has_fatal(), found.has_errors());
+        self.judge(found);
+        if let (Some(_), Some(span)) = (self.plan.compile.crop_window, film_window) {
+            let message = "--cropwindow gives way to the film's cropwindow";
+            self.tell(Diagnostic::warning("cropwindow-overridden", span, message));
+        }
+        if has_errors || self.is_substituted {
+            report.outcome = Outcome::Substituted;
+        }
+        let picture = compiled.filter(|_| !is_fatal).and_then(|compiled| {
+            report.job = Some(JobReport::new(&compiled));
+            self.fit_in_memory(&compiled, film).ok()?;
+            let output = match self.plan.task {
+                Task::Render => Some(self.output(&compiled, film, film_filename).ok()?),
+                Task::Check | Task::Cat => None,
+            };
+            Some((compiled, output))
+        });
+        let Some((compiled, output)) = picture else {
+            report.outcome = Outcome::Failed;
+            self.add(report);
+            return None;
+        };
+        Some(Picture {
+            compiled,
+            output,
+            report,
+        })
+    }
+
+    /// Refuses pictures that no swap space would save.
+    fn fit_in_memory(&mut self, compiled: &Compiled, film: Span) -> Result<(), Stop> {
+        let crop = compiled.job.film.crop;
+        // Three factors of up to 32 bits.
+        let n_bytes = crop.width as u128 * crop.height as u128 * BYTES_PER_PIXEL;
+        if resources::machine_memory().is_none_or(|memory| n_bytes <= memory.into()) {
+            return Ok(());
+        }
+        let why = format!(
+            "a picture of {} x {} pixels needs {} MiB of memory, more than there is",
+            crop.width,
+            crop.height,
+            n_bytes >> 20
+        );
+        Err(self.stop("too-large", Some(film), why))
+    }
+
+    /// Decides where a picture goes, and makes sure that it can go there.
+    fn output(
+        &mut self,
+        compiled: &Compiled,
+        film: Span,
+        film_filename: Option<Span>,
+    ) -> Result<Output, Stop> {
+        let path = match &self.plan.outfile {
+            Some(outfile) => {
+                if let Some(span) = film_filename {
+                    let message = "the film's filename gives way to --outfile";
+                    self.tell(Diagnostic::warning("filename-overridden", span, message));
+                }
+                outfile.as_path()
+            }
+            None => Path::new(&compiled.filename),
+        };
+        let output = Place::new(path).and_then(|place| {
+            let output = Output {
+                place,
+                precision: self.plan.precision,
+                frame: compiled.frame,
+                crop: compiled.job.film.crop,
+                attributes: self.attributes(compiled),
+            };
+            output.check().map(|()| output)
+        });
+        let output = output.map_err(|why| {
+            let span = film_filename.filter(|_| self.plan.outfile.is_none());
+            self.stop("unwritable-output", span, why)
+        })?;
+        if self.plan.precision == Precision::Half && !output.is_exr() {
+            let message = "--half means nothing to formats other than EXR".to_owned();
+            self.tell(Diagnostic::new(
+                Severity::Warning,
+                "half-without-exr",
+                None,
+                message,
+            ));
+        }
+        if !self.taken.insert(path.to_owned()) {
+            let message = format!("\"{}\" already holds an earlier picture", path.display());
+            self.tell(
+                Diagnostic::warning("picture-overwritten", film, message)
+                    .with_help("the earlier picture is replaced"),
+            );
+        }
+        Ok(output)
+    }
+
+    /// Facts for the header of a picture. Nothing that differs between two runs of the same job.
+    fn attributes(&self, compiled: &Compiled) -> Vec<(String, Attribute)> {
+        let job = &compiled.job;
+        let text = |name: &str, text: String| (name.to_owned(), Attribute::Text(text));
+        let mut attributes = vec![
+            text("tyndall/version", env!("CARGO_PKG_VERSION").to_owned()),
+            text("tyndall/scene", self.report.scenes.join(" ")),
+            text("tyndall/integrator", compiled.integrator.to_owned()),
+            // Both exceed the integers of the format.
+            text("tyndall/spp", job.spp.to_string()),
+            text("tyndall/seed", job.seed.to_string()),
+        ];
+        let clamp = job.film.max_sample_luminance;
+        if clamp.is_finite() {
+            let name = "tyndall/max-sample-luminance".to_owned();
+            attributes.push((name, Attribute::Float(clamp)));
+        }
+        attributes
+    }
+
+    /// Renders and writes a picture, unless it is only checked.
+    fn finish(&mut self, picture: Picture) {
+        if self.interrupt.is_wanted() {
+            // The signal came while an earlier picture was being written.
+            return self.raise(Outcome::Interrupted);
+        }
+        let Picture {
+            compiled,
+            output,
+            mut report,
+        } = picture;
+        let interrupt = self.interrupt;
+        interrupt.busy(|| {
+            if let Some(job) = &report.job {
+                self.console.detail(&job.text());
+            }
+            if let Some(output) = output {
+                self.render(&compiled, output, &mut report);
+            }
+        });
+        self.add(report);
+    }
+
+    fn render(&mut self, compiled: &Compiled, mut output: Output, report: &mut PictureReport) {
+        let name = output.place.name().display().to_string();
+        let start = Instant::now();
+        let rendered = {
+            let bar = self.console.shows_progress().then(|| Bar::new(&name));
+            let progress: &dyn Progress = match &bar {
+                Some(bar) => bar,
+                None => &Unwatched,
+            };
+            render(&compiled.job, progress, self.interrupt.flag())
+        };
+        report.seconds.render = seconds_since(start);
+        let facts = RenderFacts::new(&rendered.report, report.seconds.render);
+        self.console.detail(&facts.text());
+        report.render = Some(facts);
+
+        let lost = self.lost_samples(&name, &rendered);
+        report.outcome = report.outcome.max(lost);
+        if rendered.report.cancelled {
+            report.outcome = Outcome::Interrupted;
+        }
+        let incomplete = match report.outcome {
+            Outcome::Complete => None,
+            outcome => Some(outcome.explanation()),
+        };
+        output.attributes.extend(incomplete.map(|why| {
+            (
+                "tyndall/incomplete".to_owned(),
+                Attribute::Text(why.to_owned()),
+            )
+        }));
+
+        let start = Instant::now();
+        let written = output.write(rendered.image);
+        report.seconds.write = seconds_since(start);
+        match written {
+            Ok(()) => {
+                let how = if rendered.report.cancelled {
+                    ", partial"
+                } else {
+                    ""
+                };
+                let seconds = report.seconds.render;
+                self.console
+                    .note(&format!("wrote {name} ({seconds:.2} s of rendering{how})"));
+                report.file = Some(name);
+            }
+            Err(why) => {
+                self.stop("unwritable-output", None, why);
+                report.outcome = report.outcome.max(Outcome::Failed);
+            }
+        }
+    }
+
+    /// Reports samples that are missing from a picture.
+    fn lost_samples(&mut self, name: &str, rendered: &Rendered) -> Outcome {
+        let Rendered { report, image } = rendered;
+        let mut outcome = Outcome::Complete;
+        let mut lost = |code, message| {
+            self.tell(Diagnostic::new(Severity::Error, code, None, message));
+            outcome = Outcome::LostSamples;
+        };
+        if report.bad_samples > 0 {
+            let first = report.first_bad_sample.map(|([x, y], sample)| {
+                format!("; the first is sample {sample} of pixel ({x}, {y})")
+            });
+            let message = format!(
+                "{} of {} samples of {name} are not finite or negative and were left out{}",
+                report.bad_samples,
+                report.samples,
+                first.unwrap_or_default()
+            );
+            lost("bad-samples", message);
+        }
+        let n_stuck = report.counters.stuck_paths;
+        if n_stuck > 0 {
+            let message =
+                format!("{n_stuck} paths of {name} never left a null surface and were given up");
+            lost("stuck-paths", message);
+        }
+        // Finite samples can still exceed single precision after the film's scale.
+        let n_overflown = image.data().iter().filter(|c| !c.is_finite()).count();
+        if n_overflown > 0 {
+            let message = format!("{n_overflown} numbers of {name} are not finite");
+            lost("bad-pixels", message);
+        }
+        outcome
+    }
+
+    /// Closes the books on a picture.
+    fn add(&mut self, report: PictureReport) {
+        self.raise(report.outcome);
+        self.report.seconds.render += report.seconds.render;
+        self.report.seconds.write += report.seconds.write;
+        self.report.pictures.push(report);
+    }
+
+    /// Takes the findings about the scene.
+    fn judge(&mut self, mut found: Diagnostics) {
+        if self.plan.strict {
+            for diagnostic in &mut found.list {
+                diagnostic.severity = diagnostic.severity.max(Severity::Error);
+            }
+        }
+        match found.worst() {
+            Some(Severity::Fatal) => self.raise(Outcome::Failed),
+            Some(Severity::Error) if self.plan.strict => self.raise(Outcome::Failed),
+            Some(Severity::Error) => self.raise(Outcome::Substituted),
+            Some(Severity::Warning) | None => {}
+        }
+        self.record(&found);
+    }
+
+    /// Whether the scene can be understood so far. With `--strict` all findings are wanted before it is refused.
+    fn go_on(&self) -> Result<(), Stop> {
+        if self.report.counts.fatal > 0 {
+            Err(Stop)
+        } else {
+            Ok(())
+        }
+    }
+
+    /// Reports why something cannot be done.
+    fn stop(&mut self, code: &'static str, span: Option<Span>, why: String) -> Stop {
+        self.tell(Diagnostic::new(Severity::Fatal, code, span, why));
+        Stop
+    }
+
+    /// Reports a finding that is not about the scene: `--strict` does not mean it.
+    fn tell(&mut self, diagnostic: Diagnostic) {
+        let list = vec![diagnostic];
+        self.record(&Diagnostics { list });
+    }
+
+    fn record(&mut self, found: &Diagnostics) {
+        self.console.show(found, &self.sources);
+        self.report.counts.add(found.counts());
+        let findings = found
+            .iter()
+            .map(|diagnostic| Finding::new(diagnostic, &self.sources));
+        self.report.findings.extend(findings);
+    }
+
+    fn raise(&mut self, outcome: Outcome) {
+        self.report.outcome = self.report.outcome.max(outcome);
+    }
+}
+
+fn seconds_since(start: Instant) -> f64 {
+    start.elapsed().as_secs_f64()
+}

@@ -1,0 +1,16 @@
+//! The command line: the real program, run in fresh directories.
+
+#[path = "cli/files.rs"]
+mod files;
+#[path = "cli/options.rs"]
+mod options;
+#[path = "cli/outside.rs"]
+mod outside;
+#[path = "cli/rendering.rs"]
+mod rendering;
+#[path = "cli/report.rs"]
+mod report;
+#[path = "cli/room.rs"]
+mod room;
+#[path = "cli/status.rs"]
+mod status;

@@ -1,0 +1,128 @@
+//! The facts of a run: `--json` and `--verbose`.
+
+use std::collections::BTreeSet;
+
+use crate::room::{Room, ball_without_its_mesh};
+
+/// `a.b`, `list[].c`: the fields of a value, `[]` at the end left out.
+fn fields(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
+    found.insert(path.trim_end_matches("[]").to_owned());
+    if let Some(object) = value.as_object() {
+        for (name, value) in object {
+            fields(
+                value,
+                format!("{path}.{name}").trim_start_matches('.'),
+                found,
+            );
+        }
+    }
+    for element in value.as_array().into_iter().flatten() {
+        fields(element, &format!("{path}[]"), found);
+    }
+}
+
+/// The same from the tables of the manual, where `.b` behind `a.x` means `a.b`.
+fn documented_fields() -> BTreeSet<String> {
+    let manual = include_str!("../../docs/cli.md");
+    let (_, section) = manual
+        .split_once("## Report")
+        .expect("a section on the report");
+    let rows = section.lines().filter(|line| line.starts_with("| `"));
+    let mut found = BTreeSet::new();
+    for row in rows {
+        let cell = row.split('|').nth(1).expect("a first column");
+        let mut path = String::new();
+        for field in cell.split('`').skip(1).step_by(2) {
+            path = match (field.strip_prefix('.'), path.rsplit_once('.')) {
+                (Some(last), Some((parent, _))) => format!("{parent}.{last}"),
+                _ => field.to_owned(),
+            };
+            found.insert(path.trim_end_matches("[]").to_owned());
+        }
+    }
+    found
+}
+
+#[test]
+fn the_report_holds_the_documented_fields_and_no_others() {
+    let room = Room::new();
+    room.put("ball.pbrt", &ball_without_its_mesh());
+    let mut reported = BTreeSet::new();
+    fields(&room.report("ball.pbrt"), "", &mut reported);
+    let documented = documented_fields();
+    let missing: Vec<_> = documented.difference(&reported).collect();
+    assert!(missing.is_empty(), "not in the report: {missing:?}");
+    let is_group = |field: &String| {
+        documented
+            .iter()
+            .any(|other| other.starts_with(&format!("{field}.")))
+    };
+    let unknown: Vec<_> = reported
+        .difference(&documented)
+        .filter(|field| !field.is_empty() && !is_group(field))
+        .collect();
+    assert!(unknown.is_empty(), "not in docs/cli.md: {unknown:?}");
+    assert_eq!(room.report("ball.pbrt")["schema"], 1);
+}
+
+#[test]
+fn the_report_places_findings_and_counts_them() {
+    let room = Room::new();
+    room.put("ball.pbrt", &ball_without_its_mesh());
+    let report = room.report("ball.pbrt");
+    let finding = &report["findings"][0];
+    assert_eq!(finding["severity"], "error");
+    assert_eq!(finding["code"], "missing-file");
+    assert_eq!(finding["file"], "ball.pbrt");
+    assert_eq!(
+        (&finding["line"], &finding["column"]),
+        (&10.into(), &35.into())
+    );
+    assert_eq!(
+        report["counts"],
+        serde_json::json!({"fatal": 0, "errors": 1, "warnings": 0})
+    );
+    assert_eq!(report["outcome"], "substituted");
+}
+
+#[test]
+fn the_report_adds_up() {
+    let report = Room::new().report("--spp 64 ball.pbrt");
+    let seconds = |name: &str| report["seconds"][name].as_f64().expect("a number");
+    let phases = ["parse", "describe", "compile", "render", "write"].map(seconds);
+    assert!(phases.iter().all(|seconds| *seconds > 0.0));
+    assert!(phases.iter().sum::<f64>() <= seconds("wall"));
+    assert!(seconds("cpu") > 0.0);
+    assert!(report["peak_memory_bytes"].as_u64() > Some(1 << 20));
+    let render = &report["pictures"][0]["render"];
+    assert!(render["rays"].as_u64() >= render["samples"].as_u64());
+    assert_eq!(
+        report["pictures"][0]["job"]["skipped"]["materials"], 1,
+        "the default matte"
+    );
+}
+
+#[test]
+fn the_report_is_written_whatever_happens() {
+    let room = Room::new();
+    assert_eq!(room.report("gone.pbrt")["outcome"], "failed");
+    room.run("--json r.json gone.pbrt").ends_with(1);
+    assert_eq!(room.list(), ["ball.pbrt", "r.json"]);
+    let run = room.run("--json no/r.json ball.pbrt").ends_with(1);
+    run.says("cannot write \"no/r.json\": there is no directory \"no\"");
+    assert!(
+        !room.path("ball.exr").exists(),
+        "rendered before the report was found impossible"
+    );
+}
+
+#[test]
+fn verbose_says_what_was_built_and_where_the_time_went() {
+    let run = Room::new().run("--verbose ball.pbrt").ends_with(0);
+    let run = run
+        .says("64 x 48 pixels")
+        .says("4 samples per pixel, seed 0, integrator \"path\"");
+    run.says("1 surface elements")
+        .says("samples    12288")
+        .says("parse ");
+}
