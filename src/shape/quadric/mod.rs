@@ -98,6 +98,8 @@ impl Form {
         match self {
             Self::Sphere(sphere) => sphere.is_whole(),
             Self::Disk(disk) => disk.is_whole(),
+            Self::Sweep(sweep) => sweep.is_whole(),
+            Self::Paraboloid(paraboloid) => paraboloid.is_whole(),
         }
     }
 

@@ -50,10 +50,15 @@ impl Paraboloid {
         }
     }
 
+    /// Whether it goes all the way around.
+    pub(super) fn is_whole(&self) -> bool {
+        self.phi_max >= TAU
+    }
+
     fn keeps(&self, p: DVec3) -> bool {
         p.z >= self.z_min
             && p.z <= self.z_max
-            && (self.phi_max >= TAU || turn(DVec2::X, p.xy()) <= self.phi_max)
+            && (self.is_whole() || turn(DVec2::X, p.xy()) <= self.phi_max)
     }
 
     pub(super) fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {

@@ -70,23 +70,39 @@ impl Sweep {
 
     /// Where along the segment the circle through `p` starts.
     fn v_of(&self, p: DVec3) -> f64 {
-        if !self.is_flat() {
-            return (p.z - self.start.z) / self.d.z;
-        }
-        let rho = p.xy().length();
-        let s = ((rho - self.waist) * (rho + self.waist)).max(0.0).sqrt() / self.d.xy().length();
-        if self.v_range[0] + self.v_range[1] >= 2.0 * self.v_waist {
-            self.v_waist + s
+        if self.is_flat() {
+            self.v_by_rho(p.xy().length(), f64::NAN)
         } else {
-            self.v_waist - s
+            (p.z - self.start.z) / self.d.z
         }
+    }
+
+    /// The v of a point at distance `rho` from the axis. If the segment has two, the one on the side of `v_hint`.
+    fn v_by_rho(&self, rho: f64, v_hint: f64) -> f64 {
+        let s = self.excess(rho) / self.d.xy().length();
+        let [first, last] = self.v_range;
+        if last <= self.v_waist || (first < self.v_waist && v_hint < self.v_waist) {
+            self.v_waist - s
+        } else {
+            self.v_waist + s
+        }
+    }
+
+    /// √(ρ² − waist²).
+    fn excess(&self, rho: f64) -> f64 {
+        ((rho - self.waist) * (rho + self.waist)).max(0.0).sqrt()
+    }
+
+    /// Whether it goes all the way around.
+    pub(super) fn is_whole(&self) -> bool {
+        self.phi_max >= TAU
     }
 
     fn keeps(&self, p: DVec3) -> bool {
         let v = self.v_of(p);
         v >= self.v_range[0]
             && v <= self.v_range[1]
-            && (self.phi_max >= TAU || turn(self.on_segment(v).xy(), p.xy()) <= self.phi_max)
+            && (self.is_whole() || turn(self.on_segment(v).xy(), p.xy()) <= self.phi_max)
     }
 
     pub(super) fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {
@@ -124,16 +140,10 @@ impl Sweep {
 
     pub(super) fn point(&self, p: DVec3) -> FormPoint {
         let mut v = self.v_of(p);
-        if !self.is_flat() {
-            // One step of Newton's method along the gradient of ρ² − |segment's ρ|² by (ρ, z).
-            let rho = p.xy().length();
-            let at = self.on_segment(v).xy();
-            let by_z = at.dot(self.d.xy()) / self.d.z;
-            let excess = rho * rho - at.length_squared();
-            let step = 0.5 * excess / (rho * rho + by_z * by_z);
-            if step.is_finite() {
-                v += step * by_z / self.d.z;
-            }
+        // By ρ or by z, whichever is nearer the normal, so that rounding in p is not blown up.
+        let rho = p.xy().length();
+        if self.d.xy().length() * self.excess(rho) > rho * self.d.z.abs() {
+            v = self.v_by_rho(rho, v);
         }
         let v = v.clamp(self.v_range[0], self.v_range[1]);
         let at = self.on_segment(v);
