@@ -62,7 +62,6 @@ fn areas_are_those_of_closed_forms() {
             } else {
                 1e-13
             };
-            println!("{}", definition.name);
             assert_close(quadric.area(), area, precision);
         }
     }
@@ -77,7 +76,6 @@ fn areas_are_those_of_triangulated_copies() {
         }
         let mesh = placed.triangulated(256);
         let area: f64 = (0..mesh.n_triangles() as u32).map(|k| mesh.area(k)).sum();
-        println!("{}", placed.name);
         assert_close(placed.shape.area(0), area, 1e-3);
     }
 }

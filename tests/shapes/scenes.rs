@@ -259,7 +259,7 @@ fn wrong_heights_and_patches_are_reported() {
     for (shape, codes) in [
         (format!("{field} \"float Pz\" [0 0 0 0]"), &[][..]),
         (format!("{field} \"float Pz\" [0 0 0]"), &["value-count"]),
-        (format!("{field}"), &["missing-parameter"]),
+        (field.to_owned(), &["missing-parameter"]),
         (format!("{size} {knots} {points}"), &[]),
         (
             format!("{size} {knots} {points} \"float u0\" 0.25 \"float u1\" 0.5"),
