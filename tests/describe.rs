@@ -325,7 +325,7 @@ fn the_camera_leaves_camera_to_world_as_a_coordinate_system() {
 }
 
 #[test]
-fn an_unknown_coordinate_system_warns_and_suggests_one() {
+fn an_unknown_coordinate_system_is_an_error_that_suggests_one() {
     let (description, diagnostics) = run(world([
         Directive::Translate([1.0, 0.0, 0.0]),
         Directive::CoordinateSystem(name("lamp")),
@@ -335,7 +335,7 @@ fn an_unknown_coordinate_system_warns_and_suggests_one() {
     let finding = only(&diagnostics, "unknown-coordinate-system");
     assert_eq!(
         (finding.severity, finding.span.unwrap().lo),
-        (Severity::Warning, 310)
+        (Severity::Error, 310)
     );
     assert_eq!(finding.help.as_deref(), Some("did you mean \"lamp\"?"));
     assert_eq!(finding.notes[0].0.lo, 210);
@@ -708,7 +708,7 @@ fn an_unknown_texture_is_no_finding_here_but_leaves_its_near_miss() {
 #[test]
 fn textures_that_cannot_be_are_reported_and_not_stored() {
     for (value_type, class, code, severity) in [
-        ("float", "constnt", "unknown-plugin", Severity::Warning),
+        ("float", "constnt", "unknown-plugin", Severity::Error),
         (
             "colour",
             "constant",
@@ -716,8 +716,8 @@ fn textures_that_cannot_be_are_reported_and_not_stored() {
             Severity::Error,
         ),
         // Quirk 44, where pbrt-v3 is silent.
-        ("float", "uv", "unknown-plugin", Severity::Warning),
-        ("float", "marble", "unknown-plugin", Severity::Warning),
+        ("float", "uv", "unknown-plugin", Severity::Error),
+        ("float", "marble", "unknown-plugin", Severity::Error),
     ] {
         let (description, diagnostics) = run(world([texture("t", value_type, class, [])]));
         assert_eq!(only(&diagnostics, code).severity, severity);
@@ -824,7 +824,7 @@ fn an_unknown_material_is_matte_with_a_suggestion() {
         sphere(),
     ]));
     let finding = only(&diagnostics, "unknown-plugin");
-    assert_eq!(finding.severity, Severity::Warning);
+    assert_eq!(finding.severity, Severity::Error);
     assert_eq!(finding.help.as_deref(), Some("did you mean \"glass\"?"));
     let material = &description.frames[0].materials[1].entity;
     assert_eq!(
@@ -1083,7 +1083,7 @@ fn media_that_cannot_be_are_reported_and_not_defined() {
         (
             vec![string("type", "homogenous")],
             "unknown-plugin",
-            Severity::Warning,
+            Severity::Error,
         ),
     ] {
         let (description, diagnostics) = run(world([make_medium("fog", params)]));

@@ -271,7 +271,7 @@ fn emitters() -> Vec<Emitter> {
     };
     let quadric = |form: Form, map: DAffine3| {
         let transform = Transform::from_affine(map).expect("an invertible map");
-        Shape::Quadric(Quadric::new(form, transform, false))
+        Shape::Quadric(Quadric::new(form, transform, transform.swaps_handedness()))
     };
     let sphere = |name, map: DAffine3| Emitter {
         name,
@@ -562,7 +562,7 @@ fn triangles_are_drawn_by_their_density() {
         tangents: vec![],
         uvs: vec![],
         reverse_orientation: false,
-        swaps_handedness: false,
+        flip_face: false,
     };
     let shape = Shape::Mesh(mesh);
     let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));
@@ -763,7 +763,7 @@ fn n04_lights_are_chosen_as_often_as_they_say() {
         let mut random = Uniform::new(12);
         for i in 0..n + ENDS.len() {
             let u = ENDS.get(i).copied().unwrap_or_else(|| random.unit());
-            let (index, pmf) = choice.sample(u).expect("there are lights");
+            let (index, pmf) = choice.sample(f64::from(u)).expect("there are lights");
             assert_eq!(pmf, choice.pmf(index));
             assert!(pmf > 0.0 && pmf <= 1.0);
             counts[index] += 1;

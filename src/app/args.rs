@@ -8,6 +8,9 @@ use clap::Parser;
 
 use super::outcome::EXIT_STATUS_HELP;
 
+/// More than any machine has cores: tens of thousands would bring it to a halt before they render a pixel.
+const MAX_THREADS: i64 = 1024;
+
 const INPUT_HELP: &str = "\
 Without FILE, or for the FILE -, standard input is read. Several files are one stream of directives;
 relative paths in each start at its own directory. If the first FILE is the word check, the scene is
@@ -36,8 +39,14 @@ pub(super) struct LowArgs {
     pub(super) outfile: Option<PathBuf>,
 
     /// Render with N threads, 0 for one per core
-    #[arg(long, value_name = "N", default_value_t = 0, hide_default_value = true)]
-    pub(super) nthreads: usize,
+    #[arg(
+        long,
+        value_name = "N",
+        default_value_t = 0,
+        hide_default_value = true,
+        value_parser = clap::value_parser!(u16).range(..=MAX_THREADS)
+    )]
+    pub(super) nthreads: u16,
 
     /// Render a part of the frame, in fractions of its size, unless the film has a cropwindow
     #[arg(

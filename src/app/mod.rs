@@ -20,6 +20,7 @@ use std::ffi::OsString;
 use std::time::Instant;
 
 use console::Console;
+use files::reason;
 use interrupt::Interrupt;
 pub use outcome::Outcome;
 use output::Place;
@@ -93,7 +94,7 @@ impl ReportSink {
     fn write(&self, text: &str) -> Result<(), String> {
         match self {
             Self::Stdout => console::print(text)
-                .map_err(|error| format!("cannot write to standard output: {error}")),
+                .map_err(|error| format!("cannot write to standard output: {}", reason(&error))),
             Self::File(place) => place.write(text.as_bytes()),
         }
     }

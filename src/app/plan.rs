@@ -115,7 +115,7 @@ impl Plan {
             task,
             inputs,
             outfile: args.outfile,
-            n_threads: args.nthreads,
+            n_threads: args.nthreads.into(),
             compile: CompileOptions {
                 crop_window: args.cropwindow.and_then(|window| window.try_into().ok()),
                 quick: args.quick,

@@ -10,7 +10,7 @@ use tyndall_parser::source::{Sources, Span};
 use tyndall_parser::{FileId, SceneFile};
 
 use super::console::{self, Console};
-use super::files::Files;
+use super::files::{Files, reason};
 use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::{Output, Place};
@@ -153,7 +153,7 @@ impl<'a> Session<'a> {
 
     fn cat(&mut self, scene: &SceneFile) -> Result<(), Stop> {
         console::print(&tyndall_parser::print(scene)).map_err(|error| {
-            let why = format!("cannot write to standard output: {error}");
+            let why = format!("cannot write to standard output: {}", reason(&error));
             self.stop("unwritable-output", None, why)
         })
     }

@@ -23,7 +23,7 @@ use crate::describe::description::{
 };
 use crate::ids::{GeometryId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{AreaLight, Light};
-use crate::math::{AnimatedTransform, Motion, Transform};
+use crate::math::{AnimatedTransform, Motion, MotionChain, Transform};
 use crate::shape::{Mesh, Quadric, Shape};
 use crate::spectrum::Rgb;
 use crate::world::{Geometry, Instance, MediumInterface, WorldParts};
@@ -384,11 +384,11 @@ impl PlacedObject {
         world_from_instance: &Transform,
         links: &[AnimatedTransform],
     ) -> Motion {
-        Motion::Moving {
+        Motion::Moving(Box::new(MotionChain {
             outer: space.place(world_from_instance),
-            links: links.into(),
+            links: links.to_vec(),
             inner: self.local_space.inverse(),
-        }
+        }))
     }
 }
 

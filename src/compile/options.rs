@@ -14,7 +14,7 @@ use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
 use crate::integrator::{Integrator, Path};
-use crate::math::{Motion, Transform};
+use crate::math::{Motion, MotionChain, Transform};
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
@@ -286,11 +286,11 @@ impl CameraOptions {
     pub(super) fn place(mut self, space: &RenderSpace) -> Camera {
         self.desc.render_from_camera = match self.world_from_camera {
             Placement::Still(transform) => Motion::Still(space.place(&transform)),
-            Placement::Moving(moving) => Motion::Moving {
+            Placement::Moving(moving) => Motion::Moving(Box::new(MotionChain {
                 outer: space.place(&Transform::IDENTITY),
-                links: Box::new([*moving]),
+                links: vec![*moving],
                 inner: Transform::IDENTITY,
-            },
+            })),
         };
         Camera::Perspective(Perspective::new(self.desc))
     }

@@ -138,20 +138,24 @@ impl AnimatedTransform {
     }
 }
 
-/// A transform that may change over time: a product of key-framed motions between fixed transforms.
+/// A transform that may change over time.
 #[derive(Clone, Debug)]
 pub enum Motion {
     /// Nothing moves.
     Still(Transform),
-    /// `outer` · `links` · `inner`.
-    Moving {
-        /// Applied last.
-        outer: Transform,
-        /// Motions, the one applied last first.
-        links: Box<[AnimatedTransform]>,
-        /// Applied first.
-        inner: Transform,
-    },
+    /// A product of motions.
+    Moving(Box<MotionChain>),
+}
+
+/// Key-framed motions between fixed transforms: `outer` · `links` · `inner`.
+#[derive(Clone, Debug)]
+pub struct MotionChain {
+    /// Applied last.
+    pub outer: Transform,
+    /// Motions, the one applied last first.
+    pub links: Vec<AnimatedTransform>,
+    /// Applied first.
+    pub inner: Transform,
 }
 
 impl Motion {
@@ -160,11 +164,12 @@ impl Motion {
     pub fn at(&self, time: f32) -> Option<Transform> {
         match self {
             Self::Still(transform) => Some(*transform),
-            Self::Moving {
-                outer,
-                links,
-                inner,
-            } => {
+            Self::Moving(chain) => {
+                let MotionChain {
+                    outer,
+                    links,
+                    inner,
+                } = &**chain;
                 let mut product = *outer;
                 for link in links {
                     product = product.compose(&link.at(time as f64)?);
@@ -183,11 +188,12 @@ impl Motion {
         };
         match self {
             Self::Still(transform) => around(&mut corners.iter().map(|p| transform.point(*p))),
-            Self::Moving {
-                outer,
-                links,
-                inner,
-            } => {
+            Self::Moving(chain) => {
+                let MotionChain {
+                    outer,
+                    links,
+                    inner,
+                } = &**chain;
                 // Box by box outward: each holds whatever the one inside it can reach.
                 let mut points: Vec<DVec3> = corners.iter().map(|p| inner.point(*p)).collect();
                 for link in links.iter().rev() {

@@ -10,7 +10,7 @@ pub mod ray;
 pub mod transform;
 pub mod vector;
 
-pub use animated::{AnimatedTransform, Motion};
+pub use animated::{AnimatedTransform, Motion, MotionChain};
 pub use bounds::Bounds3;
 pub use frame::Frame;
 pub use ray::Ray;

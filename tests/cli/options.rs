@@ -220,6 +220,7 @@ fn a_wrong_command_line_does_nothing_and_says_why() {
         ("--spp 0 ball.pbrt", "0 is not in 1..="),
         ("--spp -3 ball.pbrt", "'-3'"),
         ("--spp 4294967296 ball.pbrt", "is not in 1..="),
+        ("--nthreads 1025 ball.pbrt", "1025 is not in 0..=1024"),
         ("--nthreads few ball.pbrt", "invalid value 'few'"),
         ("--cropwindow 0 1 0", "4 values required"),
         ("--cropwindow 0 1 0 nan ball.pbrt", "it must be finite"),

@@ -145,9 +145,7 @@ fn pictures_beyond_the_machine_are_refused_with_the_memory_they_need() {
     let film = "\"integer xresolution\" 64 \"integer yresolution\" 48";
     room.put("ball.pbrt", &ball(film, size));
     let run = room.run("ball.pbrt").ends_with(1);
-    run.says(
-        "fatal[too-large]: a picture of 2000000000 x 2000000000 pixels needs 213623046875000 MiB",
-    );
+    run.says("the film alone would take 128000000000 GB");
 }
 
 #[test]

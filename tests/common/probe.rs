@@ -25,7 +25,16 @@ impl Probe {
             "Film \"image\" \"integer xresolution\" 1 \"integer yresolution\" 1\n\
              PixelFilter \"box\"\n{scene}"
         );
-        let job = compile_scene(text, &CompileOptions::default(), |_| None).job;
+        Self::of(compile_scene(text, &CompileOptions::default(), |_| None).job)
+    }
+
+    /// The camera of a job whose film is one pixel.
+    pub(crate) fn of(job: Job) -> Self {
+        assert_eq!(
+            job.film.resolution,
+            [1, 1],
+            "the axis is in the middle of the pixel"
+        );
         Self { job }
     }
 

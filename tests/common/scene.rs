@@ -56,6 +56,10 @@ pub(crate) fn compile_scene(
         None => (None, Diagnostics::default()),
     };
     findings.extend(more);
+    // What pbrt-v3 would render differently is told to users, and is what some tests are about.
+    findings
+        .list
+        .retain(|finding| finding.code != "biased-in-pbrt");
     assert!(
         findings.is_empty(),
         "{}",

@@ -1,6 +1,7 @@
-//! Boxes and media as scene text, and where rays meet boxes.
+//! Boxes and media as scene text.
 
-use super::vectors::V;
+/// A vector in world space.
+pub(crate) type V = [f64; 3];
 
 /// A closed triangle box with outward normals.
 pub(crate) fn box_shape(lo: V, hi: V) -> String {
@@ -73,7 +74,8 @@ pub(crate) fn seen_by(integrator: &str, max_depth: u32, eye: V, toward: V, world
     let [ex, ey, ez] = eye;
     let [tx, ty, tz] = [0, 1, 2].map(|k| eye[k] + toward[k]);
     // Any up vector that is not along the axis.
-    let up = if toward[1].abs() > 0.9 {
+    let length = toward.iter().map(|x| x * x).sum::<f64>().sqrt();
+    let up = if toward[1].abs() > 0.9 * length {
         "1 0 0"
     } else {
         "0 1 0"
@@ -88,21 +90,4 @@ pub(crate) fn seen_by(integrator: &str, max_depth: u32, eye: V, toward: V, world
 /// A constant environment.
 pub(crate) fn environment(radiance: V) -> String {
     format!("LightSource \"infinite\" \"rgb L\" {radiance:?}\n").replace(',', "")
-}
-
-/// The part [t0, t1] of the ray o + t d, t ≥ 0, inside a box; empty is [0, 0].
-pub(crate) fn span_in_box(o: V, d: V, lo: V, hi: V) -> [f64; 2] {
-    let (mut t0, mut t1) = (0f64, f64::INFINITY);
-    for k in 0..3 {
-        let (a, b) = ((lo[k] - o[k]) / d[k], (hi[k] - o[k]) / d[k]);
-        if d[k] == 0.0 {
-            if o[k] < lo[k] || o[k] > hi[k] {
-                return [0.0; 2];
-            }
-            continue;
-        }
-        t0 = t0.max(a.min(b));
-        t1 = t1.min(a.max(b));
-    }
-    if t0 < t1 { [t0, t1] } else { [0.0; 2] }
 }

@@ -5,9 +5,8 @@ use std::f64::consts::PI;
 use crate::nebula::Nebula;
 use crate::probe::{Probe, assert_exact, assert_mean};
 use crate::solids::{
-    box_shape, environment, homogeneous, null_box, null_sphere, seen_by, translate, volpath,
+    V, box_shape, environment, homogeneous, null_box, null_sphere, seen_by, translate, volpath,
 };
-use crate::vectors::V;
 
 const ONE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];
@@ -293,7 +292,7 @@ fn quirk_57_path_ignores_media_and_lets_null_surfaces_block_light_sampling() {
     let [x, y, _] = RECEIVER;
     let lamp = format!("LightSource \"point\" \"point from\" [{x} {y} 4] \"rgb I\" [16 16 16]\n");
     let at_floor =
-        |integrator: &str, world: &str| seen_by(integrator, 1, FLOOR_EYE, FLOOR_TOWARD, world);
+        |integrator: &str, world: &str| seen_by(integrator, 5, FLOOR_EYE, FLOOR_TOWARD, world);
     let lit = fog.clone() + FLOOR + &lamp;
     assert_exact(&at_floor("path", &lit), [0.5 / PI; 3], "nothing in the way");
     let behind = lit.clone() + &shell;

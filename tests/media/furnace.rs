@@ -2,8 +2,7 @@
 
 use crate::nebula::Nebula;
 use crate::probe::assert_mean;
-use crate::solids::{environment, homogeneous, null_box, null_sphere, translate, volpath};
-use crate::vectors::V;
+use crate::solids::{V, environment, homogeneous, null_box, null_sphere, translate, volpath};
 
 const ONE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];

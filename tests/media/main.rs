@@ -6,8 +6,6 @@ mod probe;
 mod scene;
 #[path = "../common/solids.rs"]
 mod solids;
-#[path = "../common/vectors.rs"]
-mod vectors;
 
 mod boundaries;
 mod furnace;
@@ -15,3 +13,4 @@ mod multiple_scattering;
 mod nebula;
 mod single_scattering;
 mod transmittance;
+mod vectors;

@@ -7,8 +7,8 @@ use tyndall_test_support::z_test::Mean;
 
 use crate::nebula::Nebula;
 use crate::probe::Probe;
-use crate::solids::{environment, homogeneous, null_box, span_in_box, volpath};
-use crate::vectors::{V, along, dot, tangents, unit};
+use crate::solids::{V, environment, homogeneous, null_box, volpath};
+use crate::vectors::{along, dot, span_in_box, tangents, unit};
 
 const EYE: V = [0.13, 0.21, -5.0];
 const TOWARD: V = [0.02, -0.03, 1.0];

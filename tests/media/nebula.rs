@@ -1,8 +1,8 @@
 //! Density grids as scene text, and their field in double precision from the format's definition: values at cell
 //! centres, trilinear, 0 beyond the grid.
 
-use crate::solids::{coefficients, span_in_box};
-use crate::vectors::{V, along, unit};
+use crate::solids::{V, coefficients};
+use crate::vectors::{along, span_in_box, unit};
 
 /// A grid in the box from `lo` to `hi`.
 pub(crate) struct Nebula {

@@ -3,8 +3,8 @@
 use std::f64::consts::PI;
 
 use crate::probe::assert_mean;
-use crate::solids::{environment, homogeneous, null_box, span_in_box, volpath};
-use crate::vectors::{V, along, cross, dot, tangents, unit};
+use crate::solids::{V, environment, homogeneous, null_box, volpath};
+use crate::vectors::{along, cross, dot, span_in_box, tangents, unit};
 
 const SIGMA_A: V = [0.3, 0.1, 0.8];
 const SIGMA_S: V = [0.9, 0.4, 0.1];

@@ -2,8 +2,7 @@
 
 use crate::nebula::Nebula;
 use crate::probe::{Probe, assert_exact, assert_mean};
-use crate::solids::{environment, homogeneous, null_box, null_sphere, volpath};
-use crate::vectors::V;
+use crate::solids::{V, environment, homogeneous, null_box, null_sphere, volpath};
 
 const WHITE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];

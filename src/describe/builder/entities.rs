@@ -7,7 +7,7 @@ use crate::describe::description::{
 };
 use crate::describe::names::Suggester;
 use crate::describe::state::Draft;
-use tyndall_parser::diagnostic::{Diagnostic, Severity};
+use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::directive::Plugin;
 use tyndall_parser::params::{ParamList, ParamValue};
 use tyndall_parser::schema::{self, Family};
@@ -93,8 +93,7 @@ impl Builder {
             );
             return;
         };
-        if let Err(mut diagnostic) = Family::Medium.lookup(&kind) {
-            diagnostic.severity = Severity::Warning;
+        if let Err(diagnostic) = Family::Medium.lookup(&kind) {
             self.diagnostics
                 .push(diagnostic.with_label("no medium is defined"));
             return;
@@ -142,7 +141,6 @@ impl Builder {
             }
         };
         if let Err(mut diagnostic) = family.lookup(&class.name) {
-            diagnostic.severity = Severity::Warning;
             if Family::SpectrumTexture.find(&class.name.value).is_some() {
                 diagnostic.help = Some("this class has spectrum textures only".to_owned());
             }
@@ -177,8 +175,7 @@ impl Builder {
         mut plugin: Plugin,
         span: Span,
     ) -> MaterialRef {
-        if let Err(mut diagnostic) = Family::Material.lookup(&plugin.name) {
-            diagnostic.severity = Severity::Warning;
+        if let Err(diagnostic) = Family::Material.lookup(&plugin.name) {
             self.diagnostics
                 .push(diagnostic.with_label("matte is used instead"));
             plugin.name.value = "matte".to_owned();

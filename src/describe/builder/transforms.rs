@@ -3,7 +3,7 @@
 use super::Builder;
 use crate::describe::transform::{self, Refused};
 use glam::DMat4;
-use tyndall_parser::diagnostic::{Diagnostic, Severity};
+use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::source::{Span, Spanned};
 
 impl Builder {
@@ -56,13 +56,12 @@ impl Builder {
                     .coordinate_systems
                     .iter()
                     .map(|(name, (_, span))| (name.as_str(), *span));
-                let mut diagnostic = self.suggester.unknown(
+                let diagnostic = self.suggester.unknown(
                     "unknown-coordinate-system",
                     name,
                     "coordinate system",
                     known,
                 );
-                diagnostic.severity = Severity::Warning;
                 self.diagnostics
                     .push(diagnostic.with_label("the current transform stays as it is"));
             }

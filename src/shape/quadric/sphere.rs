@@ -12,6 +12,7 @@ use std::f64::consts::{PI, TAU};
 
 use glam::{DVec2, DVec3};
 
+use crate::math::error::EPSILON;
 use crate::shape::quadric::FormPoint;
 
 /// A sphere around the origin of object space.
@@ -141,11 +142,13 @@ pub(super) struct Cone {
 }
 
 impl Cone {
-    /// `None` if the receiver is not strictly outside.
+    /// `None` if the receiver is not outside by more than the rounding of its single-precision coordinates: a point
+    /// of the sphere itself may lie on either side.
     pub(super) fn new(center: DVec3, radius: f64, from: DVec3) -> Option<Self> {
         let to_receiver = from - center;
         let distance = to_receiver.length();
-        if distance <= radius {
+        let rounding = 4.0 * EPSILON as f64 * (from.abs() + center.abs()).max_element();
+        if distance <= radius + rounding {
             return None;
         }
         let sin_max = radius / distance;

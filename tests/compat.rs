@@ -1,0 +1,61 @@
+//! What `docs/compat.md` promises beside the pictures: where pbrt-v3's own light sampling is biased, loading says so.
+
+#[path = "common/findings.rs"]
+mod findings;
+
+use findings::findings;
+
+fn lamp(shape: &str) -> String {
+    format!("WorldBegin AttributeBegin AreaLightSource \"diffuse\" {shape} AttributeEnd WorldEnd")
+}
+
+#[track_caller]
+fn assert_warns(shape: &str, reason: &str) {
+    let found = findings(&lamp(shape));
+    let warned = found
+        .iter()
+        .any(|(code, message)| code == "biased-in-pbrt" && message.contains(reason));
+    assert!(warned, "{shape}: {found:?}");
+}
+
+#[test]
+fn row_19_mirrored_quadric_lights_are_announced() {
+    assert_warns("Scale 1 1 -1 Shape \"sphere\"", "mirrored quadric");
+}
+
+#[test]
+fn row_20_reversed_mesh_lights_with_normals_are_announced() {
+    let mesh = "ReverseOrientation Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \
+        \"normal N\" [0 0 1 0 0 1 0 0 1] \"integer indices\" [0 1 2]";
+    assert_warns(mesh, "reversed mesh");
+}
+
+#[test]
+fn row_24_scaled_sphere_lights_are_announced() {
+    assert_warns("Scale .1 .1 .1 Shape \"sphere\"", "unscaled size");
+}
+
+#[test]
+fn row_25_partial_quadric_lights_are_announced() {
+    assert_warns("Shape \"sphere\" \"float phimax\" 180", "as the whole");
+    assert_warns("Shape \"disk\" \"float innerradius\" 0.5", "as the whole");
+}
+
+#[test]
+fn row_58_emitters_without_a_material_are_announced() {
+    assert_warns("Material \"none\" Shape \"sphere\"", "without a material");
+}
+
+#[test]
+fn lights_that_pbrt_renders_right_are_not_announced() {
+    for shape in [
+        "Shape \"sphere\"",
+        "Rotate 33 1 2 3 Translate 5 5 5 Shape \"disk\"",
+    ] {
+        let found = findings(&lamp(shape));
+        assert!(
+            found.iter().all(|(code, _)| code != "biased-in-pbrt"),
+            "{found:?}"
+        );
+    }
+}

@@ -1,0 +1,14 @@
+//! Surfaces and pictures against closed forms and against themselves: moved, scaled, cropped, on other threads.
+
+#[path = "../common/probe.rs"]
+mod probe;
+#[path = "../common/scene.rs"]
+mod scene;
+#[path = "../common/solids.rs"]
+mod solids;
+
+mod direct;
+mod film;
+mod furnace;
+mod invariance;
+mod robustness;
