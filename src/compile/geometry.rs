@@ -518,6 +518,7 @@ const UNSCALED: f64 = 1e-6;
 fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnostics) {
     let [world_from_object, _] = shape.world_from_object.ends();
     let entity = &shape.entity;
+    let kind = entity.entity.kind.value.as_str();
     let mut warn = |what: &str| {
         let message = format!("pbrt-v3 renders this light biased: {what}");
         diagnostics.push(
@@ -526,12 +527,14 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
         );
     };
     match &shape.local {
+        // What cannot be sampled in pbrt-v3 ends its run.
+        Local::Form(_) if !["sphere", "disk", "cylinder"].contains(&kind) => {}
         Local::Form(form) => {
             let scale = world_from_object.uniform_scale(UNSCALED);
             if !scale.is_some_and(|scale| (scale - 1.0).abs() <= UNSCALED) {
                 warn("it samples scaled quadrics with their unscaled size");
             }
-            if !form.is_whole() {
+            if !form.is_whole() && kind != "cylinder" {
                 warn("it samples parts of quadrics as the whole");
             }
             if world_from_object.swaps_handedness() {

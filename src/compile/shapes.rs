@@ -1,7 +1,9 @@
 //! Reading shapes: parameters and files to geometry in object space.
 
+use glam::DVec3;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
+use tyndall_parser::source::Span;
 
 use crate::compile::assets::Assets;
 use crate::compile::reader::{ParamReader, Textured};
@@ -9,7 +11,11 @@ use crate::compile::{lookup, unsupported};
 use crate::describe::description::ShapeEntity;
 use crate::shape::Mesh;
 use crate::shape::ply::{self, PlyMesh};
-use crate::shape::quadric::{Disk, Form, Sphere};
+use crate::shape::quadric::{Disk, Form, Paraboloid, Sphere, cone, cylinder, hyperboloid};
+
+mod surfaces;
+
+const INSTEAD: &str = "the shape is left out";
 
 /// A shape in object space.
 #[derive(Clone)]
@@ -26,7 +32,6 @@ pub(super) fn read_shape(
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
 ) -> Option<Local> {
-    const INSTEAD: &str = "the shape is left out";
     let plugin = lookup(Family::Shape, &shape.entity.kind, INSTEAD, diagnostics)?;
     let kind_span = shape.entity.kind.span;
     let entity = &mut shape.entity;
@@ -54,12 +59,48 @@ pub(super) fn read_shape(
                 phi_max(&mut p),
             ))))
         }
+        "cylinder" => {
+            let radius = p.float("radius") as f64;
+            let (z_min, z_max) = (p.float("zmin") as f64, p.float("zmax") as f64);
+            let form = cylinder(radius, z_min, z_max, phi_max(&mut p));
+            Some(Local::Form(Form::Sweep(form)))
+        }
+        "cone" => {
+            let (radius, height) = (p.float("radius") as f64, p.float("height") as f64);
+            let form = cone(radius, height, phi_max(&mut p));
+            if height < 0.0 {
+                let message = format!("a cone of height {height} has its tip below its base");
+                let span = p.span("height");
+                p.report(Diagnostic::warning("no-area", span, message).with_label(INSTEAD));
+                None
+            } else {
+                Some(Local::Form(Form::Sweep(form)))
+            }
+        }
+        "paraboloid" => {
+            let radius = p.float("radius") as f64;
+            let (z_min, z_max) = (p.float("zmin") as f64, p.float("zmax") as f64);
+            Some(Local::Form(Form::Paraboloid(Paraboloid::new(
+                radius,
+                z_min,
+                z_max,
+                phi_max(&mut p),
+            ))))
+        }
+        "hyperboloid" => {
+            let [p1, p2] = ["p1", "p2"].map(|name| DVec3::from(p.point3(name).map(f64::from)));
+            let form = hyperboloid(p1, p2, phi_max(&mut p));
+            Some(Local::Form(Form::Sweep(form)))
+        }
         "trianglemesh" => check_alpha(&mut p)
             .and_then(|()| triangle_mesh(&mut p))
             .map(Local::Mesh),
         "plymesh" => check_alpha(&mut p)
             .and_then(|()| ply_mesh(&mut p, assets))
             .map(Local::Mesh),
+        "loopsubdiv" => surfaces::subdivision(&mut p).map(Local::Mesh),
+        "heightfield" => surfaces::heightfield(&mut p).map(Local::Mesh),
+        "nurbs" => surfaces::nurbs(&mut p).map(Local::Mesh),
         name => {
             let what = format!("the shape \"{name}\"");
             p.report(unsupported(&what, kind_span, INSTEAD));
@@ -89,29 +130,10 @@ fn check_alpha(p: &mut ParamReader) -> Option<()> {
 
 fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
     let (positions, indices) = (p.take_point3s("P"), p.take_ints("indices"));
-    let indices_span = p.span("indices");
+    let (positions_span, indices_span) = (p.span("P"), p.span("indices"));
     let (positions, indices) = (positions?, indices?);
     let n = positions.len();
-    if let Some(bad) = indices
-        .iter()
-        .find(|&&i| usize::try_from(i).map_or(true, |i| i >= n))
-    {
-        let message = format!("vertex {bad} does not exist: there are {n}");
-        p.report(
-            Diagnostic::error("bad-index", indices_span, message)
-                .with_label("the mesh is left out"),
-        );
-        return None;
-    }
-    let (triangles, rest) = indices.as_chunks::<3>();
-    if !rest.is_empty() {
-        let message = format!("{} indices at the end make no triangle", rest.len());
-        p.report(Diagnostic::warning(
-            "dangling-indices",
-            indices_span,
-            message,
-        ));
-    }
+    let triangles = checked_triangles(p, &indices, indices_span, n)?;
     let matching = |name: &str, count: usize, p: &mut ParamReader| {
         let fits = count == n;
         if !fits && count != 0 {
@@ -147,7 +169,6 @@ fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
     } else {
         Vec::new()
     };
-    let triangles = triangles.iter().map(|t| t.map(|i| i as u32)).collect();
     Some(drop_non_finite(
         Mesh {
             positions,
@@ -157,12 +178,34 @@ fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
             uvs,
             ..Mesh::default()
         },
+        positions_span,
         p,
     ))
 }
 
+/// Indices in threes, if all are below `n_vertices`.
+fn checked_triangles(
+    p: &mut ParamReader,
+    indices: &[i32],
+    span: Span,
+    n_vertices: usize,
+) -> Option<Vec<[u32; 3]>> {
+    let exists = |&i: &i32| usize::try_from(i).is_ok_and(|i| i < n_vertices);
+    if let Some(bad) = indices.iter().find(|i| !exists(i)) {
+        let message = format!("vertex {bad} does not exist: there are {n_vertices}");
+        p.report(Diagnostic::error("bad-index", span, message).with_label(INSTEAD));
+        return None;
+    }
+    let (triangles, rest) = indices.as_chunks::<3>();
+    if !rest.is_empty() {
+        let message = format!("{} indices at the end make no triangle", rest.len());
+        p.report(Diagnostic::warning("dangling-indices", span, message));
+    }
+    Some(triangles.iter().map(|t| t.map(|i| i as u32)).collect())
+}
+
 /// Removes the triangles that use a vertex without a position, with one warning.
-fn drop_non_finite(mut mesh: Mesh, p: &mut ParamReader) -> Mesh {
+fn drop_non_finite(mut mesh: Mesh, span: Span, p: &mut ParamReader) -> Mesh {
     let is_finite = |v: &[f32; 3]| v.iter().all(|c| c.is_finite());
     if let Some(first) = mesh.positions.iter().position(|v| !is_finite(v)) {
         let positions = &mesh.positions;
@@ -170,7 +213,6 @@ fn drop_non_finite(mut mesh: Mesh, p: &mut ParamReader) -> Mesh {
             .retain(|t| t.iter().all(|&v| is_finite(&positions[v as usize])));
         let message =
             format!("vertex {first} has a position that is not finite: its triangles are left out");
-        let span = p.span("P");
         p.report(Diagnostic::warning("bad-vertex", span, message));
     }
     mesh
@@ -178,7 +220,6 @@ fn drop_non_finite(mut mesh: Mesh, p: &mut ParamReader) -> Mesh {
 
 fn ply_mesh(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
     let file = p.file("filename")?;
-    const INSTEAD: &str = "the shape is left out";
     let bytes = match assets.read(&file) {
         Ok(bytes) => bytes,
         Err(error) => {

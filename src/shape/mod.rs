@@ -1,9 +1,12 @@
 //! Shapes in render space: where a ray meets them, what the surface is like there, and how to draw points on
 //! them toward a receiver. Knows no materials, no media and no parameter names.
 
+pub mod heightfield;
 pub mod mesh;
+pub mod nurbs;
 pub mod ply;
 pub mod quadric;
+pub mod subdivision;
 pub mod triangle;
 
 use glam::DVec3;

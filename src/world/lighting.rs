@@ -212,8 +212,9 @@ impl World {
     }
 
     /// Whether a surface found at distance `t` stands between the receiver and the point aimed at. The flat element
-    /// that holds the point cannot. A line meets an ellipsoid at most twice, from opposite sides: a hit from the side
-    /// that is aimed at is the point itself.
+    /// that holds the point cannot. A line meets a surface of second degree at most twice, and passes from one side of
+    /// it to the other each time, whatever part of the surface exists: a hit from the side that is aimed at is the
+    /// point itself.
     #[inline]
     fn occludes(&self, sample: &LightSample, target: ElementRef, t: f32) -> bool {
         if Some(target) != sample.aim {

@@ -1,8 +1,14 @@
 //! Surfaces of second degree, placed by a transform. All arithmetic is f64 in object space: these shapes are few,
 //! and a ground sphere of radius 10⁸ must be as smooth as a marble.
 
+pub mod cone;
+pub mod cylinder;
 pub mod disk;
+pub mod hyperboloid;
+pub mod paraboloid;
+mod revolution;
 pub mod sphere;
+pub mod sweep;
 
 use glam::DVec3;
 
@@ -10,8 +16,13 @@ use crate::math::animated::corners_of;
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Transform, Vec3};
 use crate::shape::{ShapeSample, SurfacePoint, area_to_solid_angle};
+pub use cone::cone;
+pub use cylinder::cylinder;
 pub use disk::Disk;
+pub use hyperboloid::hyperboloid;
+pub use paraboloid::Paraboloid;
 pub use sphere::Sphere;
+pub use sweep::Sweep;
 
 /// Relative deviation below which a transform counts as a similarity: it comes from composing rotations in f64.
 const SIMILARITY_TOLERANCE: f64 = 1e-9;
@@ -23,6 +34,10 @@ pub enum Form {
     Sphere(Sphere),
     /// Disk perpendicular to z.
     Disk(Disk),
+    /// Cylinder, cone or hyperboloid around z.
+    Sweep(Sweep),
+    /// Paraboloid around z.
+    Paraboloid(Paraboloid),
 }
 
 /// A point of a form, in object space.
@@ -44,6 +59,8 @@ impl Form {
         match self {
             Self::Sphere(sphere) => sphere.intersect(o, d, t_max),
             Self::Disk(disk) => disk.intersect(o, d, t_max),
+            Self::Sweep(sweep) => sweep.intersect(o, d, t_max),
+            Self::Paraboloid(paraboloid) => paraboloid.intersect(o, d, t_max),
         }
     }
 
@@ -51,14 +68,18 @@ impl Form {
         match self {
             Self::Sphere(sphere) => sphere.point(p),
             Self::Disk(disk) => disk.point(p),
+            Self::Sweep(sweep) => sweep.point(p),
+            Self::Paraboloid(paraboloid) => paraboloid.point(p),
         }
     }
 
-    /// Area in object space.
+    /// Area in object space; not above 0 if there is no surface.
     fn area(&self) -> f64 {
         match self {
             Self::Sphere(sphere) => sphere.area(),
             Self::Disk(disk) => disk.area(),
+            Self::Sweep(sweep) => sweep.area(),
+            Self::Paraboloid(paraboloid) => paraboloid.area(),
         }
     }
 
@@ -67,6 +88,8 @@ impl Form {
         match self {
             Self::Sphere(sphere) => sphere.sample_area(u),
             Self::Disk(disk) => disk.sample_area(u),
+            Self::Sweep(sweep) => sweep.sample_area(u),
+            Self::Paraboloid(paraboloid) => paraboloid.sample_area(u),
         }
     }
 
@@ -75,6 +98,8 @@ impl Form {
         match self {
             Self::Sphere(sphere) => sphere.is_whole(),
             Self::Disk(disk) => disk.is_whole(),
+            Self::Sweep(sweep) => sweep.is_whole(),
+            Self::Paraboloid(paraboloid) => paraboloid.is_whole(),
         }
     }
 
@@ -88,6 +113,8 @@ impl Form {
         match self {
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Disk(disk) => disk.bounds(),
+            Self::Sweep(sweep) => sweep.bounds(),
+            Self::Paraboloid(paraboloid) => paraboloid.bounds(),
         }
     }
 }

@@ -1,0 +1,102 @@
+//! What surfaces of revolution about the z axis have in common.
+
+use std::f64::consts::{FRAC_PI_2, TAU};
+
+use glam::{DVec2, DVec3};
+
+/// Parameter of the middle of a line's way through a box. `None` if the line passes beside the box in parallel.
+pub(super) fn middle_of_box(o: DVec3, d: DVec3, [low, high]: [DVec3; 2]) -> Option<f64> {
+    let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
+    for axis in 0..3 {
+        let (a, b) = (
+            (low[axis] - o[axis]) / d[axis],
+            (high[axis] - o[axis]) / d[axis],
+        );
+        // A line within a face gives 0 / 0, which `min` and `max` pass over.
+        near = near.max(a.min(b));
+        far = far.min(a.max(b));
+    }
+    let middle = near + 0.5 * (far - near);
+    middle.is_finite().then_some(middle)
+}
+
+/// Where a line meets the surface ρ² = `profile`\[0\] + 2 `profile`\[1\] (z − o.z) + `profile`\[2\] (z − o.z)², in order;
+/// what does not exist is not finite.
+pub(super) fn roots(o: DVec3, d: DVec3, profile: [f64; 3]) -> [f64; 2] {
+    let a = d.x * d.x + d.y * d.y - profile[2] * d.z * d.z;
+    let b = o.x * d.x + o.y * d.y - profile[1] * d.z;
+    let c = o.x * o.x + o.y * o.y - profile[0];
+    let discriminant = b * b - a * c;
+    if !(discriminant >= 0.0) {
+        return [f64::NAN; 2];
+    }
+    // Nothing cancels in q; a = 0 sends one root to infinity.
+    let q = -(b + discriminant.sqrt().copysign(b));
+    let (t0, t1) = (q / a, c / q);
+    if t1 < t0 { [t1, t0] } else { [t0, t1] }
+}
+
+/// The angle in [0, 2π) by which `from` must turn to point to `to`; 0 if either is 0.
+pub(super) fn turn(from: DVec2, to: DVec2) -> f64 {
+    let phi = from.perp_dot(to).atan2(from.dot(to));
+    if phi < 0.0 {
+        (phi + TAU).min(TAU.next_down())
+    } else {
+        phi
+    }
+}
+
+/// `phi` as a fraction of `phi_max`. An angle outside, which comes from rounding, counts as the nearer end.
+pub(super) fn fraction_of_turn(phi: f64, phi_max: f64) -> f64 {
+    if phi <= phi_max {
+        phi / phi_max
+    } else if phi - phi_max < TAU - phi {
+        1.0
+    } else {
+        0.0
+    }
+}
+
+/// Derivative of the unit vector along `n`, given that of `n`; 0 where `n` is 0.
+pub(super) fn unit_derivative(n: DVec3, derivative: DVec3) -> DVec3 {
+    let Some(unit) = n.try_normalize() else {
+        return DVec3::ZERO;
+    };
+    (derivative - unit * unit.dot(derivative)) / n.length()
+}
+
+/// Part of space in cylinder coordinates.
+pub(super) struct Ring {
+    /// Smallest and largest distance from the axis.
+    pub(super) rho: [f64; 2],
+    /// Smallest and largest z.
+    pub(super) z: [f64; 2],
+    /// First and last azimuth, any number of turns from 0.
+    pub(super) phi: [f64; 2],
+}
+
+impl Ring {
+    /// Smallest and largest coordinates.
+    pub(super) fn bounds(&self) -> [DVec3; 2] {
+        const AXES: [DVec2; 4] = [DVec2::X, DVec2::Y, DVec2::NEG_X, DVec2::NEG_Y];
+        let [first, last] = self.phi;
+        let mut directions = [DVec2::from_angle(first); 6];
+        directions[1] = DVec2::from_angle(last);
+        // The axes in between: four make a full turn.
+        let first_quarter = (first / FRAC_PI_2).ceil();
+        for (k, direction) in directions[2..].iter_mut().enumerate() {
+            let quarter = first_quarter + k as f64;
+            if quarter * FRAC_PI_2 <= last {
+                *direction = AXES[quarter.rem_euclid(4.0) as usize];
+            }
+        }
+        let [mut low, mut high] = [DVec2::INFINITY, DVec2::NEG_INFINITY];
+        for rho in self.rho {
+            for direction in directions {
+                low = low.min(direction * rho);
+                high = high.max(direction * rho);
+            }
+        }
+        [low.extend(self.z[0]), high.extend(self.z[1])]
+    }
+}

@@ -1,0 +1,6 @@
+//! Shapes against triangulated copies, closed forms and their own samples.
+
+mod copies;
+mod killeroo;
+mod quadrics;
+mod scenes;

@@ -1,0 +1,325 @@
+//! Shapes as scenes ask for them: sides, findings, and what an emitter lights.
+
+use tyndall::camera::CameraSample;
+use tyndall::compile::{Assets, CompileOptions, Compiled, compile};
+use tyndall::describe::describe;
+use tyndall::math::{Normal3, Point3, Vec3};
+use tyndall::shape::SurfacePoint;
+use tyndall::world::Receiver;
+use tyndall_parser::diagnostic::Style;
+use tyndall_parser::source::{SourceBytes, Sources, Spanned};
+use tyndall_parser::{LoadError, Loaded, Loader, parse};
+
+struct NoFiles;
+
+impl Loader for NoFiles {
+    fn load(&self, path: &str, _top_level: &str) -> Result<Loaded, LoadError> {
+        Err(LoadError::new(format!("{path} is not there")))
+    }
+}
+
+impl Assets for NoFiles {
+    fn read(&self, path: &Spanned<String>) -> Result<SourceBytes, String> {
+        Err(format!("{} is not there", path.value))
+    }
+}
+
+/// Compiles a world seen by an `eye` that looks at the origin. The codes of the findings in order.
+fn compiled(eye: [f64; 3], world: &str) -> (Compiled, Vec<&'static str>) {
+    let [x, y, z] = eye;
+    let sky = if world.contains("AreaLightSource") {
+        ""
+    } else {
+        "LightSource \"infinite\"\n"
+    };
+    let text = format!(
+        "LookAt {x} {y} {z} 0 0 0 0.1 0.2 1\nCamera \"perspective\"\n\
+         Film \"image\" \"integer xresolution\" 1 \"integer yresolution\" 1\n\
+         WorldBegin\n{sky}{world}\nWorldEnd\n"
+    );
+    let mut sources = Sources::new();
+    let root = sources.add_text("scene", text.into_bytes());
+    let (file, mut findings) = parse(&mut sources, root, &NoFiles);
+    let (scene, more) = describe(file);
+    findings.extend(more);
+    let frame = scene.frames.into_iter().next().expect("a frame");
+    let (compiled, more) = compile(frame, &CompileOptions::default(), &NoFiles);
+    findings.extend(more);
+    let codes = findings.list.iter().map(|found| found.code).collect();
+    for found in &findings.list {
+        assert!(found.span.is_some(), "{} has no place", found.message);
+    }
+    (compiled.expect("something to render"), codes)
+}
+
+/// What the eye sees in the middle: the surface, and whether its normal is on this side.
+fn seen(eye: [f64; 3], world: &str) -> Option<(SurfacePoint, bool)> {
+    let (compiled, findings) = compiled(eye, world);
+    assert!(findings.is_empty(), "{world}: {findings:?}");
+    let middle = CameraSample {
+        raster: [0.5, 0.5],
+        time: 0.0,
+        lens: [0.5, 0.5],
+    };
+    let (world, ray) = (&compiled.job.world, compiled.job.camera.ray(&middle));
+    let hit = world.closest(&ray, f32::INFINITY)?;
+    let surface = world.surface(&ray, &hit);
+    let faces = surface.ng.dot(ray.d) < 0.0;
+    Some((surface, faces))
+}
+
+const SQUARE: &str = "\"point P\" [-1 -1 0  1 -1 0  1 1 0  -1 1 0] \
+                      \"integer indices\" [0 1 2  0 2 3]";
+
+/// A quarter of a cylinder of radius 1 about the x axis, over z > 0, as a rational patch, u along y.
+const VAULT: &str = "\"integer nu\" 3 \"integer nv\" 2 \"integer uorder\" 3 \"integer vorder\" 2 \
+    \"float uknots\" [2 2 2 4 4 4] \"float vknots\" [0 0 1 1]";
+
+fn vault() -> String {
+    // (x, y, z, w) with the weights multiplied in: the middle one is cos 45 degrees.
+    let s = std::f64::consts::FRAC_1_SQRT_2;
+    let row = |x: f64| format!("{x} {} {s} 1  {} 0 1 {s}  {x} {s} {s} 1  ", -s, x * s);
+    format!(
+        "Shape \"nurbs\" {VAULT} \"float Pw\" [{}{}]",
+        row(1.0),
+        row(-1.0)
+    )
+}
+
+#[test]
+fn sides_follow_orientation_and_mirrors_as_in_pbrt() {
+    let above = [0.3, 0.2, 5.0];
+    let aside = [5.0, 0.1, 0.2];
+    let vault = vault();
+    let loops = format!("Shape \"loopsubdiv\" {SQUARE}");
+    let field = "Translate -.5 -.5 0 Shape \"heightfield\" \"integer nu\" 2 \"integer nv\" 2 \
+                 \"float Pz\" [0 0 0 0]";
+    let hyperboloid = "Shape \"hyperboloid\" \"point3 p1\" [1 0 -1] \"point3 p2\" [0.5 1 1]";
+    let downward = "Shape \"hyperboloid\" \"point3 p1\" [0.5 1 1] \"point3 p2\" [1 0 -1]";
+    let ending_at_0 =
+        "Translate 0 0 -.5 Shape \"hyperboloid\" \"point3 p1\" [1 0 1] \"point3 p2\" [1 0 0]";
+    // Name, eye, shape, whether its normal faces the eye, whether mirrors turn it.
+    let cases = [
+        (aside, "Shape \"cylinder\"", true, true),
+        (aside, "Translate 0 0 -.5 Shape \"cone\"", true, true),
+        (aside, "Translate 0 0 -.5 Shape \"paraboloid\"", true, true),
+        (aside, hyperboloid, true, true),
+        (aside, downward, false, true),
+        (aside, ending_at_0, true, true),
+        (above, "Shape \"disk\"", true, true),
+        (above, field, true, false),
+        (above, &loops, false, false),
+        (above, &vault, true, false),
+    ];
+    for (eye, shape, faces, mirrors_turn) in cases {
+        for reverse in [false, true] {
+            for mirror in [false, true] {
+                let mut world = String::from("Material \"matte\"\n");
+                if reverse {
+                    world += "ReverseOrientation\n";
+                }
+                if mirror {
+                    world += "Scale 1 -1 1\n";
+                }
+                world += shape;
+                let Some((surface, is_facing)) = seen(eye, &world) else {
+                    panic!("{world}: nothing there");
+                };
+                let expected = (faces != reverse) != (mirror && mirrors_turn);
+                assert_eq!(is_facing, expected, "{world}: {:?}", surface.ng);
+            }
+        }
+    }
+}
+
+#[test]
+fn the_scene_of_all_shapes_is_without_findings() {
+    let text = include_str!("../../assets/pbrt-v3-scenes-subset/shapes/shapes.pbrt");
+    let mut sources = Sources::new();
+    let root = sources.add_text("shapes.pbrt", text.as_bytes().to_vec());
+    let (file, mut findings) = parse(&mut sources, root, &NoFiles);
+    let (scene, more) = describe(file);
+    findings.extend(more);
+    for frame in scene.frames {
+        findings.extend(compile(frame, &CompileOptions::default(), &NoFiles).1);
+    }
+    assert!(
+        findings.is_empty(),
+        "{}",
+        findings.render(&sources, Style::Plain)
+    );
+}
+
+#[test]
+fn a_rational_patch_is_an_exact_cylinder_with_raw_parameters() {
+    for x in [-0.5, 0.0, 0.4] {
+        let eye = [x, 0.3, 5.0];
+        let (surface, _) = seen(eye, &vault()).expect("the vault is there");
+        assert!((2.0..=4.0).contains(&surface.uv[0]), "{:?}", surface.uv);
+        assert!((0.0..=1.0).contains(&surface.uv[1]), "{:?}", surface.uv);
+        // The normal of a cylinder about x has no x and points to or from the axis.
+        assert!(
+            surface
+                .ns
+                .dot(tyndall::math::Vec3::new(1.0, 0.0, 0.0))
+                .abs()
+                < 1e-3
+        );
+    }
+}
+
+#[test]
+fn g13_vertices_that_do_not_exist_are_reported() {
+    for indices in ["0 1 200", "0 1 -5"] {
+        let world = format!(
+            "Shape \"loopsubdiv\" \"point P\" [0 0 0  1 0 0  1 1 0  0 1 0] \
+             \"integer indices\" [{indices}]"
+        );
+        assert_eq!(
+            compiled([0.0, 0.0, 5.0], &world).1,
+            ["bad-index"],
+            "{indices}"
+        );
+    }
+}
+
+#[test]
+fn g14_what_is_not_a_surface_is_reported() {
+    let points = "\"point P\" [0 0 0  1 0 0  0 1 0  0 0 1  0 -1 0]";
+    for (indices, codes) in [
+        ("0 1 2  1 0 3  0 1 4", &["not-a-surface"][..]),
+        ("0 1 2  0 1 3", &["not-a-surface"]),
+        ("0 1 1", &["not-a-surface"]),
+        ("0 1 2  0 3 4", &[]),
+        ("0 1 2  0 2 1", &[]),
+        ("0 1 2  3", &["dangling-indices"]),
+    ] {
+        let world = format!("Shape \"loopsubdiv\" {points} \"integer indices\" [{indices}]");
+        assert_eq!(compiled([0.0, 0.0, 5.0], &world).1, codes, "{indices}");
+    }
+}
+
+#[test]
+fn g15_degenerate_quadrics_terminate_and_say_so() {
+    for (shape, codes) in [
+        // The defaults sweep a cone.
+        ("hyperboloid", &[][..]),
+        (
+            "hyperboloid\" \"point3 p1\" [1 2 3] \"point3 p2\" [1 2 3]",
+            &["no-area"],
+        ),
+        (
+            "hyperboloid\" \"point3 p1\" [0 0 1] \"point3 p2\" [0 0 3]",
+            &["no-area"],
+        ),
+        (
+            "hyperboloid\" \"point3 p1\" [1 0 0] \"point3 p2\" [-3 0 0]",
+            &[],
+        ),
+        (
+            "hyperboloid\" \"point3 p1\" [1 0 0] \"point3 p2\" [0 1 0]",
+            &[],
+        ),
+        (
+            "hyperboloid\" \"point3 p1\" [1e30 0 0] \"point3 p2\" [0 1e-30 1e-38]",
+            &[],
+        ),
+        ("hyperboloid\" \"float phimax\" 0", &["no-area"]),
+        ("cone\" \"float radius\" 0", &["no-area"]),
+        ("cone\" \"float height\" 0", &[]),
+        ("cone\" \"float height\" -1", &["no-area"]),
+        ("cone\" \"float radius\" -1", &["out-of-range", "no-area"]),
+        ("cylinder\" \"float radius\" 0", &["no-area"]),
+        ("cylinder\" \"float zmin\" 1", &["no-area"]),
+        ("cylinder\" \"float radius\" 1e38", &[]),
+        ("paraboloid\" \"float zmax\" 0", &["no-area"]),
+        ("paraboloid\" \"float zmin\" 1", &["no-area"]),
+        ("paraboloid\" \"float radius\" 0", &["no-area"]),
+        ("paraboloid\" \"float zmin\" -2 \"float zmax\" -1", &[]),
+        ("sphere\" \"float radius\" 0", &["no-area"]),
+        ("disk\" \"float radius\" 0", &["no-area"]),
+    ] {
+        let shape = if shape.contains('"') {
+            shape.to_owned()
+        } else {
+            format!("{shape}\"")
+        };
+        let world = format!("Shape \"{shape}");
+        assert_eq!(compiled([0.0, 0.0, 5.0], &world).1, codes, "{world}");
+    }
+}
+
+#[test]
+fn wrong_heights_and_patches_are_reported() {
+    let field = "heightfield\" \"integer nu\" 2 \"integer nv\" 2";
+    let knots = "\"float uknots\" [0 0 1 1] \"float vknots\" [0 0 1 1]";
+    let size =
+        "nurbs\" \"integer nu\" 2 \"integer nv\" 2 \"integer uorder\" 2 \"integer vorder\" 2";
+    let points = "\"point P\" [0 0 0  1 0 0  0 1 0  1 1 0]";
+    for (shape, codes) in [
+        (format!("{field} \"float Pz\" [0 0 0 0]"), &[][..]),
+        (format!("{field} \"float Pz\" [0 0 0]"), &["value-count"]),
+        (field.to_owned(), &["missing-parameter"]),
+        (format!("{size} {knots} {points}"), &[]),
+        (
+            format!("{size} {knots} {points} \"float u0\" 0.25 \"float u1\" 0.5"),
+            &[],
+        ),
+        (
+            format!("{size} {knots} {points} \"float u0\" -1"),
+            &["out-of-range"],
+        ),
+        (format!("{size} {knots}"), &["missing-parameter"]),
+        (
+            format!("{size} {knots} \"float Pw\" [1 2 3 4 5]"),
+            &["value-count"],
+        ),
+        (
+            format!("{size} {knots} \"point P\" [0 0 0]"),
+            &["value-count"],
+        ),
+        (
+            format!("{size} {points} \"float uknots\" [0 0 1 1] \"float vknots\" [0 0 1]"),
+            &["bad-knots"],
+        ),
+        (
+            format!("{size} {points} \"float uknots\" [0 1 0 1] \"float vknots\" [0 0 1 1]"),
+            &["bad-knots"],
+        ),
+        (
+            format!("{size} {points} \"float uknots\" [0 1 1 1] \"float vknots\" [0 0 1 1]"),
+            &["bad-knots"],
+        ),
+    ] {
+        let world = format!("Shape \"{shape}");
+        assert_eq!(compiled([0.5, 0.5, 5.0], &world).1, codes, "{world}");
+    }
+}
+
+#[test]
+fn l03_every_quadric_emits() {
+    let emitter = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] Material \"matte\"";
+    for shape in [
+        "cylinder",
+        "cone",
+        "paraboloid",
+        "hyperboloid\" \"point3 p1\" [1 0 0] \"point3 p2\" [0.8 0.7 1",
+    ] {
+        let end = if shape.contains('[') { "]" } else { "\"" };
+        let world = format!("{emitter} Shape \"{shape}{end}");
+        let (compiled, findings) = compiled([0.0, 0.0, 5.0], &world);
+        assert!(findings.is_empty(), "{shape}: {findings:?}");
+        let at = Receiver {
+            p: Point3::new(30.0, 20.0, 10.0),
+            p_err: Vec3::ZERO,
+            ng: Normal3::ZERO,
+            time: 0.0,
+        };
+        let mut random = tyndall_test_support::Uniform::new(1);
+        let lit = (0..1000)
+            .filter_map(|_| compiled.job.world.sample_light(&at, 0.5, random.unit2()))
+            .filter(|sample| !compiled.job.world.is_occluded(sample))
+            .count();
+        assert!(lit > 100, "{shape}: {lit}");
+    }
+}
