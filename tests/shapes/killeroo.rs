@@ -31,6 +31,7 @@ impl Assets for Directory {
 }
 
 #[test]
+#[expect(clippy::print_stdout, reason = "a skipped test says so")]
 fn two_killeroos_stand_in_their_corner() {
     let directory = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared/scenes/killeroo");
     let Ok(text) = std::fs::read(directory.join("killeroo-simple.small.pbrt")) else {

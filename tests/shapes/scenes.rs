@@ -1,28 +1,20 @@
 //! Shapes as scenes ask for them: sides, findings, and what an emitter lights.
 
+use std::f64::consts::PI;
+
 use tyndall::camera::CameraSample;
-use tyndall::compile::{Assets, CompileOptions, Compiled, compile};
+use tyndall::compile::{CompileOptions, Compiled, NoAssets, compile};
 use tyndall::describe::describe;
-use tyndall::math::{Normal3, Point3, Vec3};
+use tyndall::math::{Normal3, Vec3};
 use tyndall::shape::SurfacePoint;
 use tyndall::world::Receiver;
 use tyndall_parser::diagnostic::Style;
-use tyndall_parser::source::{SourceBytes, Sources, Spanned};
-use tyndall_parser::{LoadError, Loaded, Loader, parse};
+use tyndall_parser::source::Sources;
+use tyndall_parser::{NoIncludes, parse};
+use tyndall_test_support::Uniform;
+use tyndall_test_support::z_test::Mean;
 
-struct NoFiles;
-
-impl Loader for NoFiles {
-    fn load(&self, path: &str, _top_level: &str) -> Result<Loaded, LoadError> {
-        Err(LoadError::new(format!("{path} is not there")))
-    }
-}
-
-impl Assets for NoFiles {
-    fn read(&self, path: &Spanned<String>) -> Result<SourceBytes, String> {
-        Err(format!("{} is not there", path.value))
-    }
-}
+use super::copies::{direction, ray};
 
 /// Compiles a world seen by an `eye` that looks at the origin. The codes of the findings in order.
 fn compiled(eye: [f64; 3], world: &str) -> (Compiled, Vec<&'static str>) {
@@ -39,11 +31,11 @@ fn compiled(eye: [f64; 3], world: &str) -> (Compiled, Vec<&'static str>) {
     );
     let mut sources = Sources::new();
     let root = sources.add_text("scene", text.into_bytes());
-    let (file, mut findings) = parse(&mut sources, root, &NoFiles);
+    let (file, mut findings) = parse(&mut sources, root, &NoIncludes);
     let (scene, more) = describe(file);
     findings.extend(more);
     let frame = scene.frames.into_iter().next().expect("a frame");
-    let (compiled, more) = compile(frame, &CompileOptions::default(), &NoFiles);
+    let (compiled, more) = compile(frame, &CompileOptions::default(), &NoAssets);
     findings.extend(more);
     let codes = findings.list.iter().map(|found| found.code).collect();
     for found in &findings.list {
@@ -137,11 +129,11 @@ fn the_scene_of_all_shapes_is_without_findings() {
     let text = include_str!("../../assets/pbrt-v3-scenes-subset/shapes/shapes.pbrt");
     let mut sources = Sources::new();
     let root = sources.add_text("shapes.pbrt", text.as_bytes().to_vec());
-    let (file, mut findings) = parse(&mut sources, root, &NoFiles);
+    let (file, mut findings) = parse(&mut sources, root, &NoIncludes);
     let (scene, more) = describe(file);
     findings.extend(more);
     for frame in scene.frames {
-        findings.extend(compile(frame, &CompileOptions::default(), &NoFiles).1);
+        findings.extend(compile(frame, &CompileOptions::default(), &NoAssets).1);
     }
     assert!(
         findings.is_empty(),
@@ -296,30 +288,54 @@ fn wrong_heights_and_patches_are_reported() {
     }
 }
 
+/// From inside, through an open end, and from the side, light that is sampled must be the light that is seen: a
+/// surface hides its own far side, and nothing hides the point aimed at.
 #[test]
-fn l03_every_quadric_emits() {
-    let emitter = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] Material \"matte\"";
+fn l03_every_quadric_emits_what_is_seen_of_it() {
+    let emitter = "AreaLightSource \"diffuse\" \"rgb L\" [1 1 1] \"bool twosided\" \"true\"\n\
+                   Material \"matte\"";
+    let mut random = Uniform::new(1);
     for shape in [
-        "cylinder",
-        "cone",
-        "paraboloid",
-        "hyperboloid\" \"point3 p1\" [1 0 0] \"point3 p2\" [0.8 0.7 1",
+        "\"cylinder\"",
+        "\"cone\"",
+        "\"cone\" \"float phimax\" 200",
+        "\"paraboloid\"",
+        "\"hyperboloid\" \"point3 p1\" [1 0.1 -1] \"point3 p2\" [-0.6 0.7 1]",
+        "\"hyperboloid\" \"point3 p1\" [1 0 -1] \"point3 p2\" [-1 0 1]",
     ] {
-        let end = if shape.contains('[') { "]" } else { "\"" };
-        let world = format!("{emitter} Shape \"{shape}{end}");
-        let (compiled, findings) = compiled([0.0, 0.0, 5.0], &world);
+        let (compiled, findings) = compiled([0.0, 0.0, 5.0], &format!("{emitter} Shape {shape}"));
         assert!(findings.is_empty(), "{shape}: {findings:?}");
-        let at = Receiver {
-            p: Point3::new(30.0, 20.0, 10.0),
-            p_err: Vec3::ZERO,
-            ng: Normal3::ZERO,
-            time: 0.0,
-        };
-        let mut random = tyndall_test_support::Uniform::new(1);
-        let lit = (0..1000)
-            .filter_map(|_| compiled.job.world.sample_light(&at, 0.5, random.unit2()))
-            .filter(|sample| !compiled.job.world.is_occluded(sample))
-            .count();
-        assert!(lit > 100, "{shape}: {lit}");
+        let world = &compiled.job.world;
+        let (center, size) = (world.bounds().center(), world.bounds().extent());
+        for place in [
+            [0.05, 0.1, 0.0],
+            [0.1, 0.2, 1.5],
+            [0.1, -0.2, -1.5],
+            [1.5, 0.3, 0.4],
+        ] {
+            let offset = glam::Vec3A::from(place) * size;
+            let at = Receiver {
+                p: center + Vec3::new(offset.x, offset.y, offset.z),
+                p_err: Vec3::ZERO,
+                ng: Normal3::ZERO,
+                time: 0.0,
+            };
+            let n = 100_000;
+            let by_samples = Mean::of(n, || {
+                let sample = world.sample_light(&at, 0.5, random.unit2());
+                let visible = sample.filter(|sample| !world.is_occluded(sample));
+                visible.map_or(0.0, |sample| 1.0 / f64::from(sample.pdf))
+            });
+            let by_rays = Mean::of(n, || {
+                let ray = ray(at.p.to_f64(), direction(&mut random));
+                let is_hit = world.closest(&ray, f32::INFINITY).is_some();
+                4.0 * PI * f64::from(u8::from(is_hit))
+            });
+            let error = by_samples.standard_error.hypot(by_rays.standard_error);
+            assert!(
+                (by_samples.value - by_rays.value).abs() < 4.5 * error,
+                "{shape} from {place:?}: {by_samples:?} by samples, {by_rays:?} by rays"
+            );
+        }
     }
 }
