@@ -78,7 +78,7 @@ pub(crate) fn definitions() -> Vec<Definition> {
             point: Box::new(move |u, v| {
                 turned(DVec3::new(0.8 * v.sqrt(), 0.0, 1.5 * v), phi_max * u)
             }),
-            // Beyer, Handbook of Mathematical Sciences: pi r / (6 h^2) ((r^2 + 4 h^2)^(3/2) - r^3).
+            // A whole one has pi r / (6 h^2) ((r^2 + 4 h^2)^(3/2) - r^3).
             area: Some(
                 phi_max * 0.8 / (12.0 * 1.5 * 1.5)
                     * ((0.8 * 0.8 + 4.0 * 1.5 * 1.5f64).powf(1.5) - 0.8f64.powi(3)),

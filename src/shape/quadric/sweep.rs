@@ -209,8 +209,8 @@ impl Sweep {
         } else if b == 0.0 {
             (2.0 * target.abs() / a).sqrt().copysign(target)
         } else {
-            // Newton's method within a shrinking interval, halved where a step would leave it. Each round at least
-            // halves the interval or squares the error, so that the bound is never reached.
+            // Newton's method within a shrinking interval, halved where a step would leave it. The integrand has no
+            // inflection on either side of the waist, so that a few rounds do; the bound only makes sure of an end.
             let mut s = low + u * (high - low);
             for _ in 0..100 {
                 let excess = self.area_from_waist(s) - target;
