@@ -2,10 +2,14 @@
 //! [`plan`](super::plan).
 
 use std::ffi::OsString;
+use std::fmt::Display;
 use std::path::PathBuf;
+use std::str::FromStr;
 
-use clap::Parser;
+use clap::error::ErrorKind;
+use clap::{CommandFactory, Parser};
 
+use super::compare::EXIT_STATUS_HELP as COMPARE_EXIT_STATUS_HELP;
 use super::outcome::EXIT_STATUS_HELP;
 
 /// More than any machine has cores: tens of thousands would bring it to a halt before they render a pixel.
@@ -15,15 +19,29 @@ const INPUT_HELP: &str = "\
 Without FILE, or for the FILE -, standard input is read. Several files are one stream of directives;
 relative paths in each start at its own directory. If the first FILE is the word check, the scene is
 checked and not rendered (write ./check for a file of that name). Options may have one dash or two,
-and values may follow an = sign.";
+and values may follow an = sign.
+
+tyndall compare A B measures how far two pictures are apart; see tyndall compare --help.";
+
+/// The word that, before everything else, asks for a comparison.
+const COMPARE: &str = "compare";
 
 /// The command line as typed.
+#[derive(Clone, PartialEq, Debug)]
+pub(super) enum Command {
+    /// Something is done with a scene.
+    Scene(LowArgs),
+    /// Two pictures are compared.
+    Compare(CompareArgs),
+}
+
+/// The command line of everything that is done with a scene.
 #[derive(Parser, Clone, PartialEq, Debug, Default)]
 #[command(
     name = "tyndall",
     version,
     about = "Renders pbrt-v3 scene files.",
-    override_usage = "tyndall [OPTIONS] [FILE]...\n       tyndall check [OPTIONS] [FILE]...",
+    override_usage = "tyndall [OPTIONS] [FILE]...\n       tyndall check [OPTIONS] [FILE]...\n       tyndall compare A B [OPTIONS]",
     after_help = format!("{INPUT_HELP}\n\n{EXIT_STATUS_HELP}"),
     args_override_self = true,
     disable_help_flag = true,
@@ -128,16 +146,99 @@ pub(super) struct LowArgs {
     version: Option<bool>,
 }
 
+/// The command line of `compare`, behind that word.
+#[derive(Parser, Clone, PartialEq, Debug)]
+#[command(
+    bin_name = "tyndall compare",
+    about = "Measures how far picture A is from picture B, the reference.",
+    override_usage = "tyndall compare A B [OPTIONS]",
+    after_help = COMPARE_EXIT_STATUS_HELP,
+    args_override_self = true,
+    disable_help_flag = true
+)]
+pub(super) struct CompareArgs {
+    /// The picture under test (exr, pfm, png, tga, hdr or jpg)
+    #[arg(value_name = "A")]
+    pub(super) test: PathBuf,
+
+    /// The reference
+    #[arg(value_name = "B")]
+    pub(super) reference: PathBuf,
+
+    /// Fail if the mean squared error is above X
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(super) max_mse: Option<f64>,
+
+    /// Fail if the root of the mean squared error is above X
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(super) max_rmse: Option<f64>,
+
+    /// Fail if the relative mean squared error is above X
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(super) max_relmse: Option<f64>,
+
+    /// Fail if the mean absolute error is above X
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(super) max_mae: Option<f64>,
+
+    /// Fail if the mean of a channel of A, over that of B, is further than X from 1
+    #[arg(long, value_name = "X", value_parser = not_negative)]
+    pub(super) max_mean_ratio_error: Option<f64>,
+
+    /// Peak of the PSNR, instead of the largest value of B
+    #[arg(long, value_name = "X", value_parser = above_zero)]
+    pub(super) peak: Option<f64>,
+
+    /// Write a picture of the errors of luminance to FILE.png
+    #[arg(long, value_name = "FILE.png", value_parser = png_file)]
+    pub(super) map: Option<PathBuf>,
+
+    /// The error that is white in the map, instead of the largest one
+    #[arg(long, value_name = "X", value_parser = above_zero, requires = "map")]
+    pub(super) map_max: Option<f64>,
+
+    /// Write the numbers in machine-readable form to FILE, or to standard output for -
+    #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
+    pub(super) json: Option<PathBuf>,
+
+    /// Print no table
+    #[arg(long)]
+    pub(super) quiet: bool,
+
+    /// Print this help
+    #[arg(short, long, action = clap::ArgAction::Help)]
+    help: Option<bool>,
+}
+
 /// Reads the command line, program name included.
 ///
 /// # Errors
 /// Wrong options, and the wish for help or the version: what to print, and where to.
-pub(super) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<LowArgs, clap::Error> {
+pub(super) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Command, clap::Error> {
     let mut is_option = true;
-    LowArgs::try_parse_from(args.into_iter().map(|arg| {
-        is_option &= arg != "--";
-        if is_option { with_two_dashes(arg) } else { arg }
-    }))
+    let mut args: Vec<OsString> = args
+        .into_iter()
+        .map(|arg| {
+            is_option &= arg != "--";
+            if is_option { with_two_dashes(arg) } else { arg }
+        })
+        .collect();
+    if args.get(1).is_some_and(|arg| arg == COMPARE) {
+        args.remove(1);
+        return CompareArgs::try_parse_from(args).map(Command::Compare);
+    }
+    let args = LowArgs::try_parse_from(args)?;
+    if args
+        .files
+        .first()
+        .is_some_and(|file| file.as_os_str() == COMPARE)
+    {
+        // Its options are others, so those that were read may be wrong.
+        let message = "the word compare comes before all options: tyndall compare A B [OPTIONS] \
+                       (write ./compare for a file of that name)";
+        return Err(LowArgs::command().error(ErrorKind::ArgumentConflict, message));
+    }
+    Ok(Command::Scene(args))
 }
 
 /// `-outfile` to `--outfile`. Numbers, `-`, and the options of one letter stay what they are.
@@ -159,10 +260,40 @@ fn with_two_dashes(arg: OsString) -> OsString {
 }
 
 fn finite(text: &str) -> Result<f32, String> {
-    match text.parse::<f32>() {
-        Ok(value) if value.is_finite() => Ok(value),
-        Ok(_) => Err("it must be finite".to_owned()),
+    number(text, "it must be finite", |value: &f32| value.is_finite())
+}
+
+fn not_negative(text: &str) -> Result<f64, String> {
+    number(text, "it must be 0 or more, and finite", |value: &f64| {
+        value.is_finite() && *value >= 0.0
+    })
+}
+
+fn above_zero(text: &str) -> Result<f64, String> {
+    number(text, "it must be above 0, and finite", |value: &f64| {
+        value.is_finite() && *value > 0.0
+    })
+}
+
+/// A number for which `condition` holds; `demand` says which numbers those are.
+fn number<T>(text: &str, demand: &str, condition: impl Fn(&T) -> bool) -> Result<T, String>
+where
+    T: FromStr<Err: Display>,
+{
+    match text.parse() {
+        Ok(value) if condition(&value) => Ok(value),
+        Ok(_) => Err(demand.to_owned()),
         Err(error) => Err(error.to_string()),
+    }
+}
+
+fn png_file(text: &str) -> Result<PathBuf, String> {
+    let path = PathBuf::from(text);
+    let extension = path.extension().unwrap_or_default();
+    if extension.eq_ignore_ascii_case("png") {
+        Ok(path)
+    } else {
+        Err("the map is a png file".to_owned())
     }
 }
 
@@ -172,16 +303,41 @@ mod tests {
 
     use clap::CommandFactory;
 
-    use super::{LowArgs, parse};
+    use super::{Command, CompareArgs, LowArgs, parse};
+
+    fn command(line: &str) -> Result<Command, clap::Error> {
+        let args = ["tyndall"].into_iter().chain(line.split_whitespace());
+        parse(args.map(OsString::from))
+    }
 
     fn typed(line: &str) -> LowArgs {
-        let args = ["tyndall"].into_iter().chain(line.split_whitespace());
-        parse(args.map(OsString::from)).expect("the line is right")
+        match command(line).expect("the line is right") {
+            Command::Scene(args) => args,
+            Command::Compare(args) => panic!("{args:?}"),
+        }
     }
 
     #[test]
     fn the_definition_of_the_command_line_is_sound() {
         LowArgs::command().debug_assert();
+        CompareArgs::command().debug_assert();
+    }
+
+    #[test]
+    fn compare_is_a_word_at_the_start_and_a_file_with_a_path() {
+        let Ok(Command::Compare(args)) = command("compare a.exr -max-mse=.5 b.exr") else {
+            panic!("it is a comparison");
+        };
+        assert_eq!(args.test, std::path::Path::new("a.exr"));
+        assert_eq!(args.reference, std::path::Path::new("b.exr"));
+        assert_eq!(args.max_mse, Some(0.5));
+        assert_eq!(
+            typed("./compare").files,
+            ["./compare".into()] as [std::path::PathBuf; 1]
+        );
+        assert_eq!(typed("a.pbrt compare").files.len(), 2);
+        let error = command("--quick compare a.exr b.exr").expect_err("the word comes late");
+        assert!(error.to_string().contains("./compare"), "{error}");
     }
 
     #[test]

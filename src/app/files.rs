@@ -85,8 +85,8 @@ impl Assets for FileAssets<'_> {
     }
 }
 
-/// Reads a file that a scene names. Devices and pipes, which may never end, are refused.
-fn read(path: &Path) -> Result<SourceBytes, String> {
+/// Reads a file that a scene or the command line of `compare` names. Devices and pipes, which may never end, are refused.
+pub(super) fn read(path: &Path) -> Result<SourceBytes, String> {
     let refusal = |error: io::Error| reason(&error);
     if !std::fs::metadata(path).map_err(refusal)?.is_file() {
         return Err("it is not a regular file".to_owned());

@@ -1,10 +1,11 @@
 //! The command line: the only room that reads arguments and the environment, opens files, listens to signals and
 //! prints.
 //!
-//! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it. Refuses
-//! to know anything about plugins or light. `docs/cli.md` is the manual.
+//! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it; `compare`
+//! measures pictures that are there already. Refuses to know anything about plugins or light. `docs/cli.md` is the manual.
 
 mod args;
+mod compare;
 mod console;
 mod files;
 mod interrupt;
@@ -19,30 +20,33 @@ mod session;
 use std::ffi::OsString;
 use std::time::Instant;
 
+use args::Command;
 use console::Console;
 use files::reason;
 use interrupt::Interrupt;
-pub use outcome::Outcome;
+use outcome::Outcome;
 use output::Place;
 use plan::{Destination, Plan};
 use report::Report;
 use session::Session;
 
-/// Runs the program with its arguments, program name included.
-pub fn run(args: impl IntoIterator<Item = OsString>) -> Outcome {
-    match args::parse(args).and_then(Plan::new) {
-        Ok(plan) => carry_out(&plan),
-        Err(message) => {
-            // Help and version go to standard output, faults to standard error; whoever closed either does not want
-            // to hear of it.
-            let _ = message.print();
-            if message.use_stderr() {
-                Outcome::Usage
-            } else {
-                Outcome::Complete
-            }
-        }
-    }
+/// Runs the program with its arguments, program name included, and returns the exit status.
+pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    let run = |command| match command {
+        Command::Scene(args) => Plan::new(args).map(|plan| carry_out(&plan).code()),
+        Command::Compare(args) => Ok(compare::run(args).code()),
+    };
+    args::parse(args).and_then(run).unwrap_or_else(|message| {
+        // Help and version go to standard output, faults to standard error; whoever closed either does not want to
+        // hear of it.
+        let _ = message.print();
+        let outcome = if message.use_stderr() {
+            Outcome::Usage
+        } else {
+            Outcome::Complete
+        };
+        outcome.code()
+    })
 }
 
 fn carry_out(plan: &Plan) -> Outcome {

@@ -5,7 +5,7 @@ use serde::Serialize;
 /// How a run ended, from best to worst: the worst thing that happened counts.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug, Default, Serialize)]
 #[serde(rename_all = "kebab-case")]
-pub enum Outcome {
+pub(super) enum Outcome {
     /// Everything asked for was done, and every picture is what the scene asks for.
     #[default]
     Complete,
@@ -23,7 +23,7 @@ pub enum Outcome {
 
 impl Outcome {
     /// The exit status.
-    pub fn code(self) -> u8 {
+    pub(super) fn code(self) -> u8 {
         match self {
             Self::Complete => 0,
             Self::Failed => 1,

@@ -39,6 +39,17 @@ pub(super) enum Destination {
     File(PathBuf),
 }
 
+impl Destination {
+    /// As typed: `-` is standard output.
+    pub(super) fn new(path: PathBuf) -> Self {
+        if path.as_os_str() == "-" {
+            Self::Stdout
+        } else {
+            Self::File(path)
+        }
+    }
+}
+
 /// A run, decided.
 #[derive(Clone, Debug)]
 pub(super) struct Plan {
@@ -81,13 +92,7 @@ impl Plan {
             (false, true) => Task::Check,
             (false, false) => Task::Render,
         };
-        let json = args.json.map(|path| {
-            if path.as_os_str() == "-" {
-                Destination::Stdout
-            } else {
-                Destination::File(path)
-            }
-        });
+        let json = args.json.map(Destination::new);
         if task == Task::Cat && json == Some(Destination::Stdout) {
             return Err(conflict("--cat and --json - both write to standard output"));
         }

@@ -139,6 +139,14 @@ pub fn is_gamma_encoded(extension: &str) -> bool {
     matches!(format_of(extension), Ok(Format::Png | Format::Tga))
 }
 
+/// True for the extensions whose files are read as 8-bit codes, which pictures hold in sRGB.
+pub fn is_eight_bit(extension: &str) -> bool {
+    matches!(
+        format_of(extension),
+        Ok(Format::Png | Format::Tga | Format::Jpeg)
+    )
+}
+
 fn format_of(extension: &str) -> Result<Format, ImageError> {
     const FORMATS: [(&str, Format); 7] = [
         ("exr", Format::Exr),

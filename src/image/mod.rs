@@ -64,6 +64,25 @@ impl PixelRect {
         inside(self.x0, self.width, other.x0, other.width)
             && inside(self.y0, self.height, other.y0, other.height)
     }
+
+    /// The pixels that lie in both. `None` when there are none.
+    pub fn intersection(&self, other: &Self) -> Option<Self> {
+        let common = |start: i32, length: usize, other_start: i32, other_length: usize| {
+            let end = |start: i32, length: usize| i64::from(start) + length as i64;
+            let first = start.max(other_start);
+            let end = end(start, length).min(end(other_start, other_length));
+            let length = usize::try_from(end - i64::from(first)).ok()?;
+            (length > 0).then_some((first, length))
+        };
+        let (x0, width) = common(self.x0, self.width, other.x0, other.width)?;
+        let (y0, height) = common(self.y0, self.height, other.y0, other.height)?;
+        Some(Self {
+            x0,
+            y0,
+            width,
+            height,
+        })
+    }
 }
 
 impl Image {
