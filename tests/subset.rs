@@ -54,10 +54,10 @@ fn the_amber_looks_as_it_did() {
 
 #[test]
 fn the_foggy_room_looks_as_it_did() {
-    assert_agrees("room", 8192.0);
+    assert_agrees("room", 2048.0);
 }
 
 #[test]
 fn the_spheres_look_as_they_did() {
-    assert_agrees("spheres", 2048.0);
+    assert_agrees("spheres", 1024.0);
 }
