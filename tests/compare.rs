@@ -416,19 +416,50 @@ fn the_report_goes_to_a_file_beside_the_table() {
     assert_near(&report["measures"]["mse"], 1.0);
 }
 
+/// What the manual says about comparisons.
+fn manual() -> &'static str {
+    let (_, section) = include_str!("../docs/cli.md")
+        .split_once("\n## Comparing pictures\n")
+        .expect("a section on comparisons");
+    section.split("\n## ").next().expect("its text")
+}
+
+/// The names of all fields of a report.
+fn names(value: &Value, found: &mut Vec<String>) {
+    for (name, value) in value.as_object().into_iter().flatten() {
+        found.push(name.clone());
+        names(value, found);
+    }
+    for element in value.as_array().into_iter().flatten() {
+        names(element, found);
+    }
+}
+
+#[test]
+fn the_manual_names_every_field_of_the_report() {
+    let report = known_difference().report("a.exr b.exr --max-mse 1 --map map.png");
+    let mut found = Vec::new();
+    names(&report, &mut found);
+    assert!(found.iter().any(|name| name == "exceeded"), "{found:?}");
+    for name in found {
+        let is_named = ['`', '.'].iter().any(|before| {
+            ["`", "[]`", "."]
+                .iter()
+                .any(|after| manual().contains(&format!("{before}{name}{after}")))
+        });
+        assert!(is_named, "docs/cli.md lacks {name}");
+    }
+}
+
 #[test]
 fn the_manual_names_every_option() {
-    let manual = include_str!("../docs/cli.md");
-    let (_, manual) = manual
-        .split_once("\n## Comparing pictures")
-        .expect("a section");
     let help = Desk::new().run("compare --help").ends_with(0).stdout;
     let options = help
         .split_whitespace()
         .filter(|word| word.starts_with("--") && word.len() > 2);
     let mut n_options = 0;
     for option in options.map(|word| word.trim_end_matches([',', ':', ';', '.'])) {
-        let quoted = manual.contains(&format!("`{option}"));
+        let quoted = manual().contains(&format!("`{option}"));
         assert!(quoted, "docs/cli.md lacks {option}");
         n_options += 1;
     }

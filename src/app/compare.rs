@@ -400,7 +400,7 @@ impl Finding {
         }
         for limit in self.limits.iter().filter(|limit| limit.exceeded) {
             lines.push(format!(
-                "{} is {:e}, above the limit {:e}",
+                "{} is {:e}, above the limit {:?}",
                 limit.measure, limit.value, limit.limit
             ));
         }
@@ -467,7 +467,7 @@ impl Finding {
         let limit = self.limits.iter().find(|limit| limit.measure == measure);
         limit.map_or(String::new(), |limit| {
             let verdict = if limit.exceeded { "EXCEEDED" } else { "ok" };
-            format!("  (limit {:e}: {verdict})", limit.limit)
+            format!("  (limit {:?}: {verdict})", limit.limit)
         })
     }
 }
