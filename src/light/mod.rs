@@ -7,7 +7,7 @@ pub mod infinite;
 
 use crate::ids::GeometryId;
 use crate::math::{Normal3, Point3, Vec3};
-use crate::sampling::distribution::AliasTable;
+use crate::sampling::alias::AliasTable;
 use crate::spectrum::Rgb;
 pub use infinite::InfiniteLight;
 

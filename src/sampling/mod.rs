@@ -2,8 +2,8 @@
 //!
 //! Every density has its sampler beside it. Knows no scene and keeps no state of its own.
 
+pub mod alias;
 pub mod cumulative;
-pub mod distribution;
 pub mod mis;
 pub mod rng;
 pub mod warp;
