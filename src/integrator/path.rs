@@ -117,11 +117,11 @@ impl Path {
                         crossings = 0;
                         let t = hit.map_or(t, |hit| state.stay_inside(t, &hit));
                         let phase = medium.phase();
-                        if state.bounces >= self.max_depth
-                            || state.beta.is_black()
-                            || !state.scatter_in_medium(t, phase)
-                            || !self.survives(&mut state)
-                        {
+                        if state.bounces >= self.max_depth || state.beta.is_black() {
+                            break;
+                        }
+                        state.scatter_in_medium(t, phase);
+                        if !self.survives(&mut state) {
                             break;
                         }
                         continue;
@@ -259,8 +259,8 @@ impl State<'_> {
         }
     }
 
-    /// Scatters in the current medium at distance `t`. False where the path ends.
-    fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein) -> bool {
+    /// Scatters in the current medium at distance `t`.
+    fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein) {
         let p = self.ray.at(t);
         let wo = -self.ray.d;
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
@@ -296,7 +296,6 @@ impl State<'_> {
             time: self.ray.time,
         };
         self.bounces += 1;
-        true
     }
 
     /// Scatters at a surface. False where the path ends.

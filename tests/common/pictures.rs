@@ -56,6 +56,7 @@ pub(crate) fn render_seeds(
                 "samples that are no numbers"
             );
             assert_eq!(rendered.report.counters.stuck_paths, 0, "stuck paths");
+            assert_eq!(rendered.report.counters.leaked_paths, 0, "leaked paths");
             match window {
                 Some(window) => rendered
                     .image
