@@ -8,7 +8,7 @@ use crate::compile::textures::TextureBuilder;
 use crate::compile::{lookup, unsupported};
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
 use crate::ids::MaterialId;
-use crate::material::{Glass, Material, Matte, Mirror};
+use crate::material::{Glass, Material, Materials, Matte, Mirror, Model};
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource};
 
@@ -68,8 +68,8 @@ impl MaterialBuilder {
         self.ids.iter().filter(|id| id.is_none()).count()
     }
 
-    pub(super) fn finish(self) -> Vec<Material> {
-        self.built
+    pub(super) fn finish(self) -> Materials {
+        Materials { list: self.built }
     }
 
     fn build(
@@ -80,23 +80,23 @@ impl MaterialBuilder {
         diagnostics: &mut Diagnostics,
     ) -> MaterialId {
         let entity = &self.entities[index].entity;
-        let material = match entity.kind.value.as_str() {
+        let model = match entity.kind.value.as_str() {
             "" | "none" => return MaterialId::NONE,
-            _ => material(entity, shape, textures, diagnostics),
+            _ => model(entity, shape, textures, diagnostics),
         };
-        self.built.push(material);
+        self.built.push(Material { model });
         MaterialId::new(self.built.len() - 1)
     }
 }
 
-fn material(
+fn model(
     entity: &crate::describe::description::Entity,
     shape: Option<&ShapeEntity>,
     textures: &mut TextureBuilder,
     diagnostics: &mut Diagnostics,
-) -> Material {
+) -> Model {
     const INSTEAD: &str = "\"matte\" is used";
-    let default_matte = Material::Matte(Matte {
+    let default_matte = Model::Matte(Matte {
         kd: SpectrumSource::Constant(Rgb::splat(0.5)),
         sigma: FloatSource::Constant(0.0),
     });
@@ -111,12 +111,12 @@ fn material(
         }
         None => ParamReader::new(plugin, entity, diagnostics),
     };
-    let material = match plugin.schema.name {
-        "matte" => Material::Matte(Matte {
+    let model = match plugin.schema.name {
+        "matte" => Model::Matte(Matte {
             kd: textures.spectrum_source(p.spectrum_texture("Kd"), 0.5, &mut later),
             sigma: textures.float_source(p.float_texture("sigma"), 0.0, &mut later),
         }),
-        "mirror" => Material::Mirror(Mirror {
+        "mirror" => Model::Mirror(Mirror {
             kr: textures.spectrum_source(p.spectrum_texture("Kr"), 0.9, &mut later),
         }),
         "glass" => glass(&mut p, textures, &mut later),
@@ -134,10 +134,10 @@ fn material(
     for diagnostic in later.list {
         diagnostics.push(diagnostic);
     }
-    material
+    model
 }
 
-fn glass(p: &mut ParamReader, textures: &mut TextureBuilder, later: &mut Diagnostics) -> Material {
+fn glass(p: &mut ParamReader, textures: &mut TextureBuilder, later: &mut Diagnostics) -> Model {
     for name in ["uroughness", "vroughness"] {
         let value = p.float_texture(name);
         if textures.float_source(value, 0.0, later) != FloatSource::Constant(0.0) {
@@ -154,7 +154,7 @@ fn glass(p: &mut ParamReader, textures: &mut TextureBuilder, later: &mut Diagnos
         p.report(Diagnostic::error("bad-index", span, message).with_label("1.5 is used"));
         eta = FloatSource::Constant(1.5);
     }
-    Material::Glass(Glass {
+    Model::Glass(Glass {
         kr: textures.spectrum_source(p.spectrum_texture("Kr"), 1.0, later),
         kt: textures.spectrum_source(p.spectrum_texture("Kt"), 1.0, later),
         eta,

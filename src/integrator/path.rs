@@ -163,8 +163,8 @@ impl Path {
 
             let ctx = texture_context(&surface, differential.take());
             let bsdf = world
-                .material(material)
-                .bsdf(&surface, &ctx, world.textures());
+                .materials()
+                .bsdf(material, &surface, &ctx, world.textures());
             if !state.scatter_at_surface::<VOLUMETRIC>(&hit, &surface, &bsdf)
                 || !self.survives(&mut state)
             {

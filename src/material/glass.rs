@@ -5,10 +5,10 @@
 //! | `spectrum texture Kr`, `Kt` | 1, 1 | tints of reflection and transmission |
 //! | `float texture eta` (or `index`) | 1.5 | index of refraction on the inside |
 
-use crate::math::{Frame, Normal3};
+use crate::material::Inputs;
 use crate::scatter::specular::SmoothDielectric;
 use crate::scatter::{Bsdf, Bxdf};
-use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
+use crate::texture::{FloatSource, SpectrumSource};
 
 /// Inputs of the glass material.
 #[derive(Clone, Debug)]
@@ -22,22 +22,14 @@ pub struct Glass {
 }
 
 impl Glass {
-    pub(super) fn bsdf(
-        &self,
-        frame: Frame,
-        ng: Normal3,
-        ctx: &TextureContext,
-        textures: &Textures,
-    ) -> Bsdf {
+    pub(super) fn scatter(&self, at: &Inputs, bsdf: &mut Bsdf) {
         // A texture can say anything; without a possible index there is no interface.
-        let eta = Some(textures.float(self.eta, ctx)).filter(|eta| *eta > 0.0 && eta.is_finite());
+        let eta = Some(at.float(self.eta)).filter(|eta| *eta > 0.0 && eta.is_finite());
         let eta = eta.unwrap_or(1.0);
-        let mut bsdf = Bsdf::new(frame, ng, eta);
-        let kr = textures.spectrum(self.kr, ctx).clamp_negative();
-        let kt = textures.spectrum(self.kt, ctx).clamp_negative();
+        bsdf.set_eta(eta);
+        let (kr, kt) = (at.reflectance(self.kr), at.reflectance(self.kt));
         if !(kr.is_black() && kt.is_black()) {
             bsdf.add(Bxdf::SmoothDielectric(SmoothDielectric { kr, kt, eta }));
         }
-        bsdf
     }
 }

@@ -5,10 +5,10 @@
 //! | `spectrum texture Kd` | 0.5 | diffuse reflectance |
 //! | `float texture sigma` | 0 | roughness of the Oren–Nayar model, degrees |
 
-use crate::math::{Frame, Normal3};
+use crate::material::Inputs;
 use crate::scatter::diffuse::Diffuse;
 use crate::scatter::{Bsdf, Bxdf};
-use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
+use crate::texture::{FloatSource, SpectrumSource};
 
 /// Inputs of the matte material.
 #[derive(Clone, Debug)]
@@ -20,21 +20,10 @@ pub struct Matte {
 }
 
 impl Matte {
-    pub(super) fn bsdf(
-        &self,
-        frame: Frame,
-        ng: Normal3,
-        ctx: &TextureContext,
-        textures: &Textures,
-    ) -> Bsdf {
-        let mut bsdf = Bsdf::new(frame, ng, 1.0);
-        let kd = textures.spectrum(self.kd, ctx).clamp_negative();
+    pub(super) fn scatter(&self, at: &Inputs, bsdf: &mut Bsdf) {
+        let kd = at.reflectance(self.kd);
         if !kd.is_black() {
-            bsdf.add(Bxdf::Diffuse(Diffuse::new(
-                kd,
-                textures.float(self.sigma, ctx),
-            )));
+            bsdf.add(Bxdf::Diffuse(Diffuse::new(kd, at.float(self.sigma))));
         }
-        bsdf
     }
 }

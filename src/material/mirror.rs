@@ -4,9 +4,9 @@
 //! |---|---|---|
 //! | `spectrum texture Kr` | 0.9 | reflectance, the same at every angle |
 
-use crate::math::{Frame, Normal3};
+use crate::material::Inputs;
 use crate::scatter::{Bsdf, Bxdf, specular};
-use crate::texture::{SpectrumSource, TextureContext, Textures};
+use crate::texture::SpectrumSource;
 
 /// Inputs of the mirror material.
 #[derive(Clone, Debug)]
@@ -16,18 +16,10 @@ pub struct Mirror {
 }
 
 impl Mirror {
-    pub(super) fn bsdf(
-        &self,
-        frame: Frame,
-        ng: Normal3,
-        ctx: &TextureContext,
-        textures: &Textures,
-    ) -> Bsdf {
-        let mut bsdf = Bsdf::new(frame, ng, 1.0);
-        let kr = textures.spectrum(self.kr, ctx).clamp_negative();
+    pub(super) fn scatter(&self, at: &Inputs, bsdf: &mut Bsdf) {
+        let kr = at.reflectance(self.kr);
         if !kr.is_black() {
             bsdf.add(Bxdf::Mirror(specular::Mirror { kr }));
         }
-        bsdf
     }
 }

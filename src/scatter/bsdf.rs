@@ -1,4 +1,4 @@
-//! The scattering function at a surface point: up to eight lobes in one shading frame.
+//! The scattering function at a surface point: up to [`MAX_LOBES`] lobes in one shading frame.
 
 use arrayvec::ArrayVec;
 
@@ -16,6 +16,29 @@ pub enum TransportMode {
     Importance,
 }
 
+/// The sides of the surface a lobe scatters to, relative to the side it is seen from.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Sides {
+    /// The same side.
+    Reflection,
+    /// The other side.
+    Transmission,
+    /// Both.
+    Both,
+}
+
+impl Sides {
+    /// Whether the lobe counts for a pair of directions on the same side of the surface, or on different ones.
+    #[inline]
+    fn include(self, reflects: bool) -> bool {
+        match self {
+            Self::Reflection => reflects,
+            Self::Transmission => !reflects,
+            Self::Both => true,
+        }
+    }
+}
+
 /// One lobe, in the shading frame.
 #[derive(Clone, Copy, Debug)]
 pub enum Bxdf {
@@ -28,17 +51,70 @@ pub enum Bxdf {
 }
 
 impl Bxdf {
+    /// Whether its density is a delta, so that it has no value and no density of its own.
     #[inline]
-    fn is_specular(&self) -> bool {
+    pub fn is_specular(&self) -> bool {
         match self {
             Self::Diffuse(_) => false,
             Self::Mirror(_) | Self::SmoothDielectric(_) => true,
         }
     }
+
+    #[inline]
+    fn sides(&self) -> Sides {
+        match self {
+            Self::Diffuse(_) | Self::Mirror(_) => Sides::Reflection,
+            Self::SmoothDielectric(_) => Sides::Both,
+        }
+    }
+
+    /// Value in sr⁻¹, cosine excluded; black for specular lobes.
+    #[inline]
+    pub fn f(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> Rgb {
+        match self {
+            Self::Diffuse(lobe) => lobe.f(wo, wi),
+            Self::Mirror(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
+        }
+    }
+
+    /// Density of [`Bxdf::sample`] in sr⁻¹; 0 for specular lobes.
+    #[inline]
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        match self {
+            Self::Diffuse(lobe) => lobe.pdf(wo, wi),
+            Self::Mirror(_) | Self::SmoothDielectric(_) => 0.0,
+        }
+    }
+
+    /// Draws a direction. `None` where nothing scatters.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: [f32; 2], mode: TransportMode) -> Option<LobeSample> {
+        match self {
+            Self::Diffuse(lobe) => Some(LobeSample::Smooth(lobe.sample(wo, u))),
+            Self::Mirror(lobe) => Some(LobeSample::Specular(lobe.sample(wo))),
+            Self::SmoothDielectric(lobe) => lobe.sample(wo, u[0], mode).map(LobeSample::Specular),
+        }
+    }
 }
 
-/// Most lobes a surface point may have.
-pub const MAX_LOBES: usize = 8;
+/// A direction drawn from one lobe, in the shading frame.
+#[derive(Clone, Copy, Debug)]
+pub enum LobeSample {
+    /// From a lobe with a density, [`Bxdf::pdf`].
+    Smooth(Vec3),
+    /// From a lobe whose density is a delta.
+    Specular(SpecularSample),
+}
+
+/// A lobe and its factor in a mixture.
+#[derive(Clone, Copy, Debug)]
+struct Lobe {
+    bxdf: Bxdf,
+    scale: Rgb,
+}
+
+/// Most lobes a surface point may have. A single material has at most 8; mixtures add theirs up.
+pub const MAX_LOBES: usize = 16;
 
 /// All lobes at a surface point.
 #[derive(Clone, Debug)]
@@ -47,7 +123,9 @@ pub struct Bsdf {
     ng: Normal3,
     /// Relative index of refraction that Russian roulette compensates for.
     eta: f32,
-    lobes: ArrayVec<Bxdf, MAX_LOBES>,
+    /// Factor of the lobes that are added.
+    scale: Rgb,
+    lobes: ArrayVec<Lobe, MAX_LOBES>,
 }
 
 /// A direction drawn from a [`Bsdf`].
@@ -61,39 +139,68 @@ pub struct BsdfSample {
     pub pdf_w: f32,
     /// The lobe was specular.
     pub specular: bool,
+    /// The lobe scatters to the other side of the surface, or did so if it scatters to both.
+    pub transmitted: bool,
     /// For a specular transmission: the factor that Russian roulette multiplies its throughput with to undo the
     /// change of solid angle; 1 otherwise.
     pub eta_scale: f32,
 }
 
 impl Bsdf {
-    /// No lobes yet. `frame.n` is the shading normal, `eta` the relative index of the interface (1 if none).
-    pub fn new(frame: Frame, ng: Normal3, eta: f32) -> Self {
+    /// No lobes yet. `frame.n` is the shading normal; there is no interface that Russian roulette heeds.
+    pub fn new(frame: Frame, ng: Normal3) -> Self {
         Self {
             frame,
             ng,
-            eta,
+            eta: 1.0,
+            scale: Rgb::ONE,
             lobes: ArrayVec::new(),
         }
     }
 
+    /// Sets the relative index of refraction that Russian roulette compensates for.
+    pub fn set_eta(&mut self, eta: f32) {
+        self.eta = eta;
+    }
+
+    /// The relative index of refraction that Russian roulette compensates for.
+    pub fn eta(&self) -> f32 {
+        self.eta
+    }
+
+    /// The frame of its lobes.
+    pub fn frame(&self) -> &Frame {
+        &self.frame
+    }
+
     /// Adds a lobe; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
-    pub fn add(&mut self, lobe: Bxdf) {
-        let added = self.lobes.try_push(lobe);
+    pub fn add(&mut self, bxdf: Bxdf) {
+        let added = self.lobes.try_push(Lobe {
+            bxdf,
+            scale: self.scale,
+        });
         debug_assert!(added.is_ok());
+    }
+
+    /// Lets `add` add lobes that are scaled by `factor`.
+    pub fn scaled(&mut self, factor: Rgb, add: impl FnOnce(&mut Self)) {
+        let outer = self.scale;
+        self.scale = outer * factor;
+        add(self);
+        self.scale = outer;
     }
 
     /// Whether light sampling can find anything here.
     #[inline]
     pub fn has_non_specular(&self) -> bool {
-        self.lobes.iter().any(|lobe| !lobe.is_specular())
+        self.lobes.iter().any(|lobe| !lobe.bxdf.is_specular())
     }
 
     /// Value for two directions of render space in sr⁻¹, cosine excluded. Whether they are reflected or transmitted is
     /// decided by the geometric normal, so that interpolated normals leak no light.
-    pub fn f(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> Rgb {
+    pub fn f(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
         let (wo_local, wi_local) = (self.frame.to_local(wo), self.frame.to_local(wi));
-        self.f_local(wo_local, wi_local, self.reflects(wo, wi))
+        self.f_local(wo_local, wi_local, self.reflects(wo, wi), mode)
     }
 
     #[inline]
@@ -101,18 +208,15 @@ impl Bsdf {
         wi.dot(self.ng) * wo.dot(self.ng) > 0.0
     }
 
-    fn f_local(&self, wo: Vec3, wi: Vec3, reflects: bool) -> Rgb {
+    fn f_local(&self, wo: Vec3, wi: Vec3, reflects: bool, mode: TransportMode) -> Rgb {
         if wo.z() == 0.0 {
             return Rgb::BLACK;
         }
-        let mut f = Rgb::BLACK;
-        for lobe in &self.lobes {
-            match lobe {
-                Bxdf::Diffuse(diffuse) if reflects => f += diffuse.f(wo, wi),
-                _ => {}
-            }
-        }
-        f
+        self.lobes
+            .iter()
+            .filter(|lobe| lobe.bxdf.sides().include(reflects))
+            .map(|lobe| lobe.bxdf.f(wo, wi, mode) * lobe.scale)
+            .sum()
     }
 
     /// Density of [`Bsdf::sample`] in sr⁻¹ over the lobes that are not specular.
@@ -124,14 +228,8 @@ impl Bsdf {
         if wo.z() == 0.0 || self.lobes.is_empty() {
             return 0.0;
         }
-        let mut pdf = 0.0;
-        for lobe in &self.lobes {
-            match lobe {
-                Bxdf::Diffuse(diffuse) => pdf += diffuse.pdf(wo, wi),
-                Bxdf::Mirror(_) | Bxdf::SmoothDielectric(_) => {}
-            }
-        }
-        pdf / self.lobes.len() as f32
+        let sum: f32 = self.lobes.iter().map(|lobe| lobe.bxdf.pdf(wo, wi)).sum();
+        sum / self.lobes.len() as f32
     }
 
     /// |cos θ| of a direction to the shading normal.
@@ -153,49 +251,49 @@ impl Bsdf {
             return None;
         }
         let n_lobes = self.lobes.len();
-        let scaled = u_lobe * n_lobes as f32;
-        let chosen = (scaled as usize).min(n_lobes - 1);
-        match &self.lobes[chosen] {
-            Bxdf::Mirror(mirror) => self.specular(wo, mirror.sample(wo_local)),
-            Bxdf::SmoothDielectric(dielectric) => {
-                self.specular(wo, dielectric.sample(wo_local, u[0], mode)?)
-            }
-            Bxdf::Diffuse(diffuse) => {
-                let wi_local = diffuse.sample(wo_local, u);
-                let wi = self.frame.to_world(wi_local);
+        let chosen = &self.lobes[((u_lobe * n_lobes as f32) as usize).min(n_lobes - 1)];
+        match chosen.bxdf.sample(wo_local, u, mode)? {
+            LobeSample::Specular(sample) => Some(BsdfSample {
+                wi: self.frame.to_world(sample.wi),
+                weight: sample.weight * chosen.scale * n_lobes as f32,
+                pdf_w: 0.0,
+                specular: true,
+                transmitted: sample.transmitted,
+                eta_scale: if sample.transmitted {
+                    self.eta_scale(wo)
+                } else {
+                    1.0
+                },
+            }),
+            LobeSample::Smooth(wi_local) => {
                 let pdf_w = self.pdf_local(wo_local, wi_local);
                 if pdf_w <= 0.0 {
                     return None;
                 }
-                let f = self.f_local(wo_local, wi_local, self.reflects(wo, wi));
-                let weight = f * (wi_local.z().abs() / pdf_w);
+                let wi = self.frame.to_world(wi_local);
+                let reflects = self.reflects(wo, wi);
+                let f = self.f_local(wo_local, wi_local, reflects, mode);
                 Some(BsdfSample {
                     wi,
-                    weight,
+                    weight: f * (wi_local.z().abs() / pdf_w),
                     pdf_w,
                     specular: false,
+                    transmitted: match chosen.bxdf.sides() {
+                        Sides::Reflection => false,
+                        Sides::Transmission => true,
+                        Sides::Both => !reflects,
+                    },
                     eta_scale: 1.0,
                 })
             }
         }
     }
 
-    fn specular(&self, wo: Vec3, sample: SpecularSample) -> Option<BsdfSample> {
-        let wi = self.frame.to_world(sample.wi);
-        let eta_scale = if !sample.transmitted {
-            1.0
-        } else if wo.dot(self.ng) > 0.0 {
+    fn eta_scale(&self, wo: Vec3) -> f32 {
+        if wo.dot(self.ng) > 0.0 {
             self.eta * self.eta
         } else {
             1.0 / (self.eta * self.eta)
-        };
-        let weight = sample.weight * self.lobes.len() as f32;
-        Some(BsdfSample {
-            wi,
-            weight,
-            pdf_w: 0.0,
-            specular: true,
-            eta_scale,
-        })
+        }
     }
 }

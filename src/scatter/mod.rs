@@ -9,7 +9,7 @@ pub mod fresnel;
 pub mod phase;
 pub mod specular;
 
-pub use bsdf::{Bsdf, BsdfSample, Bxdf, TransportMode};
+pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Sides, TransportMode};
 pub use phase::HenyeyGreenstein;
 
 use crate::math::Vec3;

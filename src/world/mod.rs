@@ -10,7 +10,7 @@ pub mod media;
 use crate::accel::Bvh;
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{Light, LightChoice};
-use crate::material::Material;
+use crate::material::Materials;
 use crate::math::error::offset_origin;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
@@ -98,8 +98,8 @@ pub struct WorldParts {
     pub instances: Vec<Instance>,
     /// Times in which rays exist, for the boxes of what moves.
     pub shutter: [f64; 2],
-    /// Materials, addressed by [`MaterialId`].
-    pub materials: Vec<Material>,
+    /// Materials.
+    pub materials: Materials,
     /// Textures and images.
     pub textures: Textures,
     /// Media, addressed by [`MediumId`].
@@ -116,7 +116,7 @@ pub struct WorldParts {
 #[derive(Clone, Debug)]
 pub struct World {
     geometries: Vec<Geometry>,
-    materials: Vec<Material>,
+    materials: Materials,
     textures: Textures,
     media: Vec<Medium>,
     bounded_media: Vec<bool>,
@@ -160,7 +160,7 @@ impl World {
             has_null_surfaces: parts.geometries.iter().any(|g| !g.material.is_some()),
             has_media: parts.camera_medium.is_some()
                 || parts.geometries.iter().any(|g| g.media.is_some()),
-            needs_footprint: parts.materials.iter().any(Material::needs_footprint),
+            needs_footprint: parts.materials.need_footprint(),
         };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
@@ -236,10 +236,10 @@ impl World {
         &self.media[id.index()]
     }
 
-    /// A material.
+    /// All materials.
     #[inline]
-    pub fn material(&self, id: MaterialId) -> &Material {
-        &self.materials[id.index()]
+    pub fn materials(&self) -> &Materials {
+        &self.materials
     }
 
     /// All textures.
