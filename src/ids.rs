@@ -58,4 +58,6 @@ id! {
     InstanceId,
     /// A decoded image with its pyramid.
     ImageId,
+    /// A table of subsurface profiles.
+    DiffusionTableId,
 }

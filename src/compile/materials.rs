@@ -1,9 +1,12 @@
 //! Materials, built when a shape uses them.
 
+mod subsurface;
+
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
 use crate::compile::reader::ParamReader;
+use crate::compile::space::RenderSpace;
 use crate::compile::textures::TextureBuilder;
 use crate::compile::{lookup, unsupported};
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
@@ -11,6 +14,7 @@ use crate::ids::MaterialId;
 use crate::material::{Glass, Material, Materials, Matte, Mirror, Model};
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource};
+use subsurface::DiffusionTables;
 
 /// The materials of a frame on their way into the world.
 pub(super) struct MaterialBuilder {
@@ -18,16 +22,18 @@ pub(super) struct MaterialBuilder {
     /// `None` until a shape uses it as it is.
     ids: Vec<Option<MaterialId>>,
     built: Vec<Material>,
+    diffusion: DiffusionTables,
 }
 
 impl MaterialBuilder {
-    pub(super) fn new(frame: &mut Frame) -> Self {
+    pub(super) fn new(frame: &mut Frame, space: &RenderSpace) -> Self {
         let entities = std::mem::take(&mut frame.materials);
         let ids = vec![None; entities.len()];
         Self {
             entities,
             ids,
             built: Vec::new(),
+            diffusion: DiffusionTables::new(space.scale()),
         }
     }
 
@@ -69,7 +75,10 @@ impl MaterialBuilder {
     }
 
     pub(super) fn finish(self) -> Materials {
-        Materials { list: self.built }
+        Materials {
+            list: self.built,
+            diffusion: self.diffusion.finish(),
+        }
     }
 
     fn build(
@@ -82,7 +91,7 @@ impl MaterialBuilder {
         let entity = &self.entities[index].entity;
         let model = match entity.kind.value.as_str() {
             "" | "none" => return MaterialId::NONE,
-            _ => model(entity, shape, textures, diagnostics),
+            _ => model(entity, shape, textures, &mut self.diffusion, diagnostics),
         };
         self.built.push(Material { model });
         MaterialId::new(self.built.len() - 1)
@@ -93,6 +102,7 @@ fn model(
     entity: &crate::describe::description::Entity,
     shape: Option<&ShapeEntity>,
     textures: &mut TextureBuilder,
+    diffusion: &mut DiffusionTables,
     diagnostics: &mut Diagnostics,
 ) -> Model {
     const INSTEAD: &str = "\"matte\" is used";
@@ -119,14 +129,23 @@ fn model(
         "mirror" => Model::Mirror(Mirror {
             kr: textures.spectrum_source(p.spectrum_texture("Kr"), 0.9, &mut later),
         }),
-        "glass" => glass(&mut p, textures, &mut later),
+        "glass" => {
+            let eta = index(&mut p, textures, &mut later);
+            Model::Glass(glass(&mut p, eta, textures, &mut later))
+        }
+        "subsurface" => Model::Subsurface(diffusion.subsurface(&mut p, textures, &mut later)),
+        "kdsubsurface" => Model::KdSubsurface(diffusion.kdsubsurface(&mut p, textures, &mut later)),
         name => {
             let what = format!("the material \"{name}\"");
             p.report(unsupported(&what, entity.kind.span, INSTEAD));
             default_matte
         }
     };
-    if matches!(plugin.schema.name, "matte" | "mirror" | "glass") && p.is_given("bumpmap") {
+    if matches!(
+        plugin.schema.name,
+        "matte" | "mirror" | "glass" | "subsurface" | "kdsubsurface"
+    ) && p.is_given("bumpmap")
+    {
         let span = p.span("bumpmap");
         p.report(unsupported("\"bumpmap\"", span, "the surface stays smooth"));
     }
@@ -137,7 +156,13 @@ fn model(
     model
 }
 
-fn glass(p: &mut ParamReader, textures: &mut TextureBuilder, later: &mut Diagnostics) -> Model {
+/// The boundary of a dielectric of index `eta`.
+fn glass(
+    p: &mut ParamReader,
+    eta: FloatSource,
+    textures: &mut TextureBuilder,
+    later: &mut Diagnostics,
+) -> Glass {
     for name in ["uroughness", "vroughness"] {
         let value = p.float_texture(name);
         if textures.float_source(value, 0.0, later) != FloatSource::Constant(0.0) {
@@ -145,18 +170,27 @@ fn glass(p: &mut ParamReader, textures: &mut TextureBuilder, later: &mut Diagnos
             p.report(unsupported("rough glass", span, "smooth glass is used"));
         }
     }
-    let mut eta = textures.float_source(p.float_texture("eta"), 1.5, later);
+    Glass {
+        kr: textures.spectrum_source(p.spectrum_texture("Kr"), 1.0, later),
+        kt: textures.spectrum_source(p.spectrum_texture("Kt"), 1.0, later),
+        eta,
+    }
+}
+
+/// The index of refraction of glass.
+fn index(
+    p: &mut ParamReader,
+    textures: &mut TextureBuilder,
+    later: &mut Diagnostics,
+) -> FloatSource {
+    let eta = textures.float_source(p.float_texture("eta"), 1.5, later);
     if let FloatSource::Constant(index) = eta
         && !(index > 0.0)
     {
         let span = p.span("eta");
         let message = format!("an index of refraction of {index} is impossible");
         p.report(Diagnostic::error("bad-index", span, message).with_label("1.5 is used"));
-        eta = FloatSource::Constant(1.5);
+        return FloatSource::Constant(1.5);
     }
-    Model::Glass(Glass {
-        kr: textures.spectrum_source(p.spectrum_texture("Kr"), 1.0, later),
-        kt: textures.spectrum_source(p.spectrum_texture("Kt"), 1.0, later),
-        eta,
-    })
+    eta
 }

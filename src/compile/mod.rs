@@ -100,7 +100,7 @@ fn build(
     let mut builders = geometry::Builders {
         media: media::Media::new(frame, &space, assets, integrator.volumetric),
         textures: textures::TextureBuilder::new(frame, assets),
-        materials: materials::MaterialBuilder::new(frame),
+        materials: materials::MaterialBuilder::new(frame, &space),
         assets,
     };
     let mut parts = WorldParts {

@@ -2,6 +2,7 @@
 
 pub mod footprint;
 pub mod path;
+pub mod subsurface;
 
 use crate::camera::RayDifferential;
 use crate::math::Ray;

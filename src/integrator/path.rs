@@ -11,18 +11,20 @@
 //! multiple importance sampling, so that each vertex costs one shadow ray.
 
 use crate::camera::RayDifferential;
-use crate::ids::MediumId;
+use crate::ids::{MaterialId, MediumId};
 use crate::integrator::Counters;
 use crate::integrator::footprint::texture_context;
+use crate::integrator::subsurface::{Entry, sample_exit};
 use crate::math::error::EPSILON;
-use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::math::{Frame, Normal3, Point3, Ray, Vec3};
 use crate::medium::MediumEvent;
 use crate::sampler::Sampler;
 use crate::sampling::mis::power_heuristic;
 use crate::sampling::rng::Rng;
-use crate::scatter::{Bsdf, HenyeyGreenstein, TransportMode};
+use crate::scatter::{Bsdf, Bxdf, HenyeyGreenstein, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
+use crate::texture::TextureContext;
 use crate::world::{Hit, LightSample, Receiver, World, spawn_ray};
 
 /// Settings of the path tracers.
@@ -165,7 +167,7 @@ impl Path {
             let bsdf = world
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
-            if !state.scatter_at_surface::<VOLUMETRIC>(&hit, &surface, &bsdf)
+            if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf)
                 || !self.survives(&mut state)
             {
                 break;
@@ -298,14 +300,66 @@ impl State<'_> {
         self.bounces += 1;
     }
 
-    /// Scatters at a surface. False where the path ends.
+    /// Scatters at a surface, and below it where the material lets light in. False where the path ends.
     fn scatter_at_surface<const VOLUMETRIC: bool>(
+        &mut self,
+        material: MaterialId,
+        hit: &Hit,
+        surface: &SurfacePoint,
+        ctx: &TextureContext,
+        bsdf: &Bsdf,
+    ) -> bool {
+        let (wo, eta_scale) = (-self.ray.d, self.eta_scale);
+        let Some(transmitted) = self.scatter_by::<VOLUMETRIC>(hit, surface, bsdf, wo) else {
+            return false;
+        };
+        self.bounces += 1;
+        if !transmitted {
+            return true;
+        }
+        let (materials, textures) = (self.world.materials(), self.world.textures());
+        let Some(bssrdf) = materials.bssrdf(material, surface, ctx, textures) else {
+            return true;
+        };
+        let entry = Entry {
+            surface,
+            frame: bsdf.frame(),
+            material,
+            time: self.ray.time,
+        };
+        let exit = sample_exit(
+            self.world,
+            &entry,
+            &bssrdf,
+            self.beta,
+            self.sampler,
+            &mut self.rng,
+            self.counters,
+        );
+        let Some(exit) = exit else {
+            return false;
+        };
+        self.beta *= exit.weight;
+        self.eta_scale = eta_scale;
+        // Light leaves as from a diffuse surface, whatever way it came.
+        let surface = &exit.surface;
+        let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
+        bsdf.add(Bxdf::SubsurfaceExit(bssrdf.exit()));
+        let wo = Vec3::from(surface.ns);
+        self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo)
+            .is_some()
+    }
+
+    /// Adds direct light at a surface and draws the next direction: whether it was transmitted, or `None` where the
+    /// path ends.
+    fn scatter_by<const VOLUMETRIC: bool>(
         &mut self,
         hit: &Hit,
         surface: &SurfacePoint,
         bsdf: &Bsdf,
-    ) -> bool {
-        let wo = -self.ray.d;
+        wo: Vec3,
+    ) -> Option<bool> {
         let world = self.world;
         let medium_toward = |w: Vec3, current: MediumId| {
             if VOLUMETRIC {
@@ -336,12 +390,10 @@ impl State<'_> {
             }
         }
         let (u_lobe, u) = (self.sampler.get_1d(), self.sampler.get_2d());
-        let Some(sample) = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance) else {
-            return false;
-        };
+        let sample = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance)?;
         self.beta *= sample.weight;
         if self.beta.is_black() {
-            return false;
+            return None;
         }
         self.origin = if sample.specular {
             Origin::Certain
@@ -360,8 +412,7 @@ impl State<'_> {
             sample.wi,
             self.ray.time,
         );
-        self.bounces += 1;
-        true
+        Some(sample.transmitted)
     }
 
     /// Adds light that was sampled, if it is seen; `f` includes the cosine.

@@ -3,18 +3,24 @@
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
 pub mod glass;
+pub mod kdsubsurface;
 pub mod matte;
 pub mod mirror;
+pub mod subsurface;
 
 use crate::ids::MaterialId;
 use crate::math::Frame;
-use crate::scatter::Bsdf;
+use crate::math::error::EPSILON;
+use crate::scatter::diffusion::DiffusionTable;
+use crate::scatter::{Bsdf, Bssrdf};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
 pub use glass::Glass;
+pub use kdsubsurface::KdSubsurface;
 pub use matte::Matte;
 pub use mirror::Mirror;
+pub use subsurface::Subsurface;
 
 /// The family of a material, with its inputs.
 #[derive(Clone, Debug)]
@@ -25,6 +31,10 @@ pub enum Model {
     Mirror(Mirror),
     /// Smooth dielectric.
     Glass(Glass),
+    /// Translucent, by its coefficients.
+    Subsurface(Subsurface),
+    /// Translucent, by its colour.
+    KdSubsurface(KdSubsurface),
 }
 
 /// A material.
@@ -39,7 +49,15 @@ pub struct Material {
 pub struct Materials {
     /// The materials, addressed by [`MaterialId`].
     pub list: Vec<Material>,
+    /// Tables of subsurface profiles, addressed by [`crate::ids::DiffusionTableId`].
+    pub diffusion: Vec<DiffusionTable>,
 }
+
+/// Subsurface profiles narrower than this many times the uncertainty of a position are widened to it.
+const NARROWEST_PROFILE: f32 = 64.0;
+/// Largest extinction of subsurface media, in units of render space, where scenes are about one unit large: its square
+/// is still finite.
+const MAX_SIGMA_T: f32 = 1e15;
 
 /// Where a material is evaluated, and the textures it reads.
 #[derive(Clone, Copy, Debug)]
@@ -88,6 +106,34 @@ impl Materials {
             Model::Matte(matte) => matte.scatter(at, bsdf),
             Model::Mirror(mirror) => mirror.scatter(at, bsdf),
             Model::Glass(glass) => glass.scatter(at, bsdf),
+            Model::Subsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
+            Model::KdSubsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
+        }
+    }
+
+    /// How light spreads below a surface, where the material lets it.
+    pub fn bssrdf(
+        &self,
+        id: MaterialId,
+        surface: &SurfacePoint,
+        ctx: &TextureContext,
+        textures: &Textures,
+    ) -> Option<Bssrdf<'_>> {
+        let at = Inputs {
+            surface,
+            ctx,
+            textures,
+        };
+        let uncertainty = surface.p_err.0 + surface.p.0.abs() * EPSILON;
+        let max_sigma_t = (1.0 / (NARROWEST_PROFILE * uncertainty.max_element())).min(MAX_SIGMA_T);
+        match &self.list[id.index()].model {
+            Model::Subsurface(m) => {
+                Some(m.bssrdf(&at, &self.diffusion[m.table.index()], max_sigma_t))
+            }
+            Model::KdSubsurface(m) => {
+                Some(m.bssrdf(&at, &self.diffusion[m.table.index()], max_sigma_t))
+            }
+            Model::Matte(_) | Model::Mirror(_) | Model::Glass(_) => None,
         }
     }
 
@@ -104,10 +150,13 @@ impl Model {
     fn needs_footprint(&self) -> bool {
         let spectrum = |s: SpectrumSource| matches!(s, SpectrumSource::Texture(_));
         let float = |s: FloatSource| matches!(s, FloatSource::Texture(_));
+        let glass = |m: &Glass| spectrum(m.kr) || spectrum(m.kt) || float(m.eta);
         match self {
             Self::Matte(m) => spectrum(m.kd) || float(m.sigma),
             Self::Mirror(m) => spectrum(m.kr),
-            Self::Glass(m) => spectrum(m.kr) || spectrum(m.kt) || float(m.eta),
+            Self::Glass(m) => glass(m),
+            Self::Subsurface(m) => glass(&m.boundary) || spectrum(m.sigma_a) || spectrum(m.sigma_s),
+            Self::KdSubsurface(m) => glass(&m.boundary) || spectrum(m.kd) || spectrum(m.mfp),
         }
     }
 }

@@ -7,6 +7,7 @@ pub mod bounds;
 pub mod error;
 pub mod frame;
 pub mod ray;
+pub mod spline;
 pub mod transform;
 pub mod vector;
 

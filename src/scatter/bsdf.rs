@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 
 use crate::math::{Frame, Normal3, Vec3};
+use crate::scatter::bssrdf::SubsurfaceExit;
 use crate::scatter::diffuse::Diffuse;
 use crate::scatter::specular::{Mirror, SmoothDielectric, SpecularSample};
 use crate::spectrum::Rgb;
@@ -44,6 +45,8 @@ impl Sides {
 pub enum Bxdf {
     /// Diffuse reflection.
     Diffuse(Diffuse),
+    /// Exit of light that spread below the surface.
+    SubsurfaceExit(SubsurfaceExit),
     /// Mirror reflection.
     Mirror(Mirror),
     /// Smooth dielectric: specular reflection and transmission.
@@ -55,7 +58,7 @@ impl Bxdf {
     #[inline]
     pub fn is_specular(&self) -> bool {
         match self {
-            Self::Diffuse(_) => false,
+            Self::Diffuse(_) | Self::SubsurfaceExit(_) => false,
             Self::Mirror(_) | Self::SmoothDielectric(_) => true,
         }
     }
@@ -63,16 +66,17 @@ impl Bxdf {
     #[inline]
     fn sides(&self) -> Sides {
         match self {
-            Self::Diffuse(_) | Self::Mirror(_) => Sides::Reflection,
+            Self::Diffuse(_) | Self::SubsurfaceExit(_) | Self::Mirror(_) => Sides::Reflection,
             Self::SmoothDielectric(_) => Sides::Both,
         }
     }
 
     /// Value in sr⁻¹, cosine excluded; black for specular lobes.
     #[inline]
-    pub fn f(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> Rgb {
+    pub fn f(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
         match self {
             Self::Diffuse(lobe) => lobe.f(wo, wi),
+            Self::SubsurfaceExit(lobe) => Rgb::splat(lobe.f(wi, mode)),
             Self::Mirror(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
         }
     }
@@ -82,6 +86,7 @@ impl Bxdf {
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(wo, wi),
+            Self::SubsurfaceExit(lobe) => lobe.pdf(wi),
             Self::Mirror(_) | Self::SmoothDielectric(_) => 0.0,
         }
     }
@@ -91,6 +96,7 @@ impl Bxdf {
     pub fn sample(&self, wo: Vec3, u: [f32; 2], mode: TransportMode) -> Option<LobeSample> {
         match self {
             Self::Diffuse(lobe) => Some(LobeSample::Smooth(lobe.sample(wo, u))),
+            Self::SubsurfaceExit(lobe) => Some(LobeSample::Smooth(lobe.sample(u))),
             Self::Mirror(lobe) => Some(LobeSample::Specular(lobe.sample(wo))),
             Self::SmoothDielectric(lobe) => lobe.sample(wo, u[0], mode).map(LobeSample::Specular),
         }

@@ -35,6 +35,44 @@ pub fn refract(wi: Vec3, n: Vec3, eta: f32) -> Option<Vec3> {
     Some((-wi * eta + n * (eta * cos_i - cos_t)).normalize())
 }
 
+/// ∫₀¹ F(μ) μ dμ for light that leaves a dielectric of index `eta` for vacuum: polynomial fits of d'Eon and Irving
+/// 2011.
+pub fn first_moment(eta: f64) -> f64 {
+    if eta < 1.0 {
+        polynomial(
+            eta,
+            &[0.45966, -1.73965, 3.37668, -3.904945, 2.49277, -0.68441],
+        )
+    } else {
+        polynomial(
+            eta,
+            &[-4.61686, 11.1136, -10.4646, 5.11455, -1.27198, 0.12746],
+        )
+    }
+}
+
+/// ∫₀¹ F(μ) μ² dμ, as [`first_moment`].
+pub fn second_moment(eta: f64) -> f64 {
+    if eta < 1.0 {
+        polynomial(
+            eta,
+            &[0.27614, -0.87350, 1.12077, -0.65095, 0.07883, 0.04860],
+        )
+    } else {
+        let inverse = polynomial(1.0 / eta, &[0.0, 458.843, -218.725, 45.3087]);
+        inverse
+            + polynomial(
+                eta,
+                &[-547.033, 404.557, -189.519, 54.9327, -9.00603, 0.63942],
+            )
+    }
+}
+
+/// A polynomial; coefficients start with that of x⁰.
+fn polynomial(x: f64, coefficients: &[f64]) -> f64 {
+    coefficients.iter().rev().fold(0.0, |sum, c| sum * x + c)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -58,6 +96,23 @@ mod tests {
             assert!((wt.x().abs() * 1.5 - angle.sin()).abs() < 1e-6 && wt.z() < 0.0);
             let back = refract(wt, -n, 1.5).expect("the way back exists");
             assert!((back - wi).length() < 1e-3, "{k}: {back:?} {wi:?}");
+        }
+    }
+
+    #[test]
+    fn moments_match_quadrature_of_the_reflectance() {
+        for eta in [0.67, 0.75, 1.1, 1.33, 1.5] {
+            let (mut m1, mut m2) = (0.0, 0.0);
+            let n = 20_000;
+            for k in 0..n {
+                let mu = (k as f64 + 0.5) / n as f64;
+                let f = f64::from(dielectric(-mu as f32, 1.0, eta as f32));
+                m1 += f * mu / n as f64;
+                m2 += f * mu * mu / n as f64;
+            }
+            // The fits themselves are that good.
+            assert!((first_moment(eta) - m1).abs() < 5e-3, "{eta}: {m1}");
+            assert!((second_moment(eta) - m2).abs() < 5e-3, "{eta}: {m2}");
         }
     }
 }

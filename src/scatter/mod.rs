@@ -4,12 +4,15 @@
 //! in the shading frame, where the shading normal is +z.
 
 pub mod bsdf;
+pub mod bssrdf;
 pub mod diffuse;
+pub mod diffusion;
 pub mod fresnel;
 pub mod phase;
 pub mod specular;
 
 pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Sides, TransportMode};
+pub use bssrdf::Bssrdf;
 pub use phase::HenyeyGreenstein;
 
 use crate::math::Vec3;

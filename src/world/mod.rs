@@ -254,6 +254,13 @@ impl World {
         self.closest_where(ray, t_max, |_, _| true)
     }
 
+    /// The nearest surface of a material in (0, `t_max`).
+    pub fn closest_of_material(&self, ray: &Ray, t_max: f32, material: MaterialId) -> Option<Hit> {
+        self.closest_where(ray, t_max, |target, _| {
+            self.geometry(target.geometry).material == material
+        })
+    }
+
     /// The nearest surface in (0, `t_max`) whose (element, distance) satisfies `counts`.
     #[inline]
     fn closest_where(

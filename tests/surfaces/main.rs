@@ -1,5 +1,7 @@
 //! Surfaces and pictures against closed forms and against themselves: moved, scaled, cropped, on other threads.
 
+#[path = "../common/findings.rs"]
+mod findings;
 #[path = "../common/probe.rs"]
 mod probe;
 #[path = "../common/scene.rs"]
@@ -12,3 +14,4 @@ mod film;
 mod furnace;
 mod invariance;
 mod robustness;
+mod subsurface;
