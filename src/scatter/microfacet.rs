@@ -30,6 +30,16 @@ pub fn alpha_from_roughness(roughness: f32) -> f32 {
 pub struct TrowbridgeReitz {
     alpha_x: f32,
     alpha_y: f32,
+    masking: Masking,
+}
+
+/// How masking and shadowing go together.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Masking {
+    /// Correlated by height: G = 1/(1 + Λo + Λi).
+    Correlated,
+    /// Independent: G = 1/(1 + Λo) · 1/(1 + Λi).
+    Separable,
 }
 
 impl TrowbridgeReitz {
@@ -40,6 +50,15 @@ impl TrowbridgeReitz {
         Self {
             alpha_x: sensible(alpha_x),
             alpha_y: sensible(alpha_y),
+            masking: Masking::Correlated,
+        }
+    }
+
+    /// The same with masking and shadowing independent of each other, instead of correlated by height.
+    pub fn separable(self) -> Self {
+        Self {
+            masking: Masking::Separable,
+            ..self
         }
     }
 
@@ -57,18 +76,15 @@ impl TrowbridgeReitz {
         FRAC_1_PI / (self.alpha_x * self.alpha_y * e * e)
     }
 
-    /// G(wo, wi) / (4 |cos θo| |cos θi|) with G = 1/(1 + Λo + Λi): masking and shadowing correlated by height.
+    /// G(wo, wi) / (4 |cos θo| |cos θi|), where G is the part of the facets seen from both directions.
     #[inline]
     pub fn visibility(&self, wo: Vec3, wi: Vec3) -> f32 {
         let (cos_o, cos_i) = (wo.z().abs(), wi.z().abs());
-        0.5 / (self.stretched_length(wo) * cos_i + self.stretched_length(wi) * cos_o)
-    }
-
-    /// G(wo, wi) / (4 |cos θo| |cos θi|) with G = 1/(1 + Λo) · 1/(1 + Λi): masking and shadowing independent.
-    #[inline]
-    pub fn visibility_separable(&self, wo: Vec3, wi: Vec3) -> f32 {
         let (o, i) = (self.stretched_length(wo), self.stretched_length(wi));
-        1.0 / ((wo.z().abs() + o) * (wi.z().abs() + i))
+        match self.masking {
+            Masking::Correlated => 0.5 / (o * cos_i + i * cos_o),
+            Masking::Separable => 1.0 / ((cos_o + o) * (cos_i + i)),
+        }
     }
 
     /// Draws a normal as visible from `wo`, on the side of `wo`.
