@@ -37,9 +37,9 @@ impl Material {
     }
 
     /// Whether any input needs the footprint of the camera's pixel.
-    pub fn needs_footprint(&self) -> bool {
-        let spectrum = |s: SpectrumSource| matches!(s, SpectrumSource::Texture(_));
-        let float = |s: FloatSource| matches!(s, FloatSource::Texture(_));
+    pub fn needs_footprint(&self, textures: &Textures) -> bool {
+        let spectrum = |source: SpectrumSource| textures.needs_footprint(source);
+        let float = |source: FloatSource| textures.needs_footprint(source);
         match self {
             Self::Matte(m) => spectrum(m.kd) || float(m.sigma),
             Self::Mirror(m) => spectrum(m.kr),
