@@ -9,7 +9,7 @@
 //! | `float texture bumpmap` | – | displacement |
 
 use crate::material::roughness::Roughness;
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::rough_dielectric::RoughDielectric;
 use crate::scatter::specular::SmoothDielectric;
 use crate::scatter::{Bsdf, Bxdf};
@@ -42,9 +42,9 @@ impl Glass {
         });
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
-        let mut sources = vec![self.kr.into(), self.kt.into(), self.eta.into()];
-        sources.extend(self.roughness.sources());
-        sources
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = vec![self.kr.into(), self.kt.into(), self.eta.into()];
+        inputs.extend(self.roughness.inputs());
+        inputs
     }
 }

@@ -6,7 +6,7 @@
 //! | `float texture sigma` | 0 | roughness of the Oren–Nayar model, degrees |
 //! | `float texture bumpmap` | – | displacement |
 
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::diffuse::Diffuse;
 use crate::scatter::{Bsdf, Bxdf};
 use crate::texture::{FloatSource, SpectrumSource};
@@ -28,7 +28,7 @@ impl Matte {
         }
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
+    pub(super) fn inputs(&self) -> Vec<Input> {
         vec![self.kd.into(), self.sigma.into()]
     }
 }

@@ -11,7 +11,7 @@
 //! | `float texture bumpmap` | – | displacement |
 
 use crate::material::roughness::Roughness;
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::fresnel::Fresnel;
 use crate::scatter::rough_reflection::RoughReflection;
 use crate::scatter::{Bsdf, Bxdf};
@@ -41,9 +41,9 @@ impl Metal {
         }));
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
-        let mut sources = vec![self.eta.into(), self.k.into()];
-        sources.extend(self.roughness.sources());
-        sources
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = vec![self.eta.into(), self.k.into()];
+        inputs.extend(self.roughness.inputs());
+        inputs
     }
 }

@@ -5,7 +5,7 @@
 //! | `spectrum texture Kr` | 0.9 | reflectance, the same at every angle |
 //! | `float texture bumpmap` | – | displacement |
 
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::{Bsdf, Bxdf, specular};
 use crate::texture::SpectrumSource;
 
@@ -24,7 +24,7 @@ impl Mirror {
         }
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
+    pub(super) fn inputs(&self) -> Vec<Input> {
         vec![self.kr.into()]
     }
 }

@@ -69,20 +69,20 @@ pub struct Materials {
 
 /// An input of a material, of either kind.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum Source {
+pub enum Input {
     /// Scalar.
     Float(FloatSource),
     /// Colour.
     Spectrum(SpectrumSource),
 }
 
-impl From<FloatSource> for Source {
+impl From<FloatSource> for Input {
     fn from(source: FloatSource) -> Self {
         Self::Float(source)
     }
 }
 
-impl From<SpectrumSource> for Source {
+impl From<SpectrumSource> for Input {
     fn from(source: SpectrumSource) -> Self {
         Self::Spectrum(source)
     }
@@ -167,17 +167,14 @@ impl Materials {
     }
 
     /// Whether any input of any material needs the footprint of the camera's pixel.
-    pub fn need_footprint(&self) -> bool {
-        let sources = self
+    pub fn need_footprint(&self, textures: &Textures) -> bool {
+        let inputs = self
             .list
             .iter()
-            .flat_map(|material| material.model.sources());
-        sources.into_iter().any(|source| {
-            matches!(
-                source,
-                Source::Float(FloatSource::Texture(_))
-                    | Source::Spectrum(SpectrumSource::Texture(_))
-            )
+            .flat_map(|material| material.model.inputs());
+        inputs.into_iter().any(|input| match input {
+            Input::Float(source) => textures.needs_footprint(source),
+            Input::Spectrum(source) => textures.needs_footprint(source),
         })
     }
 
@@ -199,16 +196,16 @@ impl Materials {
 
 impl Model {
     /// All inputs; of a mixture, its own.
-    fn sources(&self) -> Vec<Source> {
+    fn inputs(&self) -> Vec<Input> {
         match self {
-            Self::Matte(matte) => matte.sources(),
-            Self::Plastic(plastic) => plastic.sources(),
-            Self::Translucent(translucent) => translucent.sources(),
-            Self::Glass(glass) => glass.sources(),
-            Self::Mirror(mirror) => mirror.sources(),
-            Self::Metal(metal) => metal.sources(),
-            Self::Substrate(substrate) => substrate.sources(),
-            Self::Uber(uber) => uber.sources(),
+            Self::Matte(matte) => matte.inputs(),
+            Self::Plastic(plastic) => plastic.inputs(),
+            Self::Translucent(translucent) => translucent.inputs(),
+            Self::Glass(glass) => glass.inputs(),
+            Self::Mirror(mirror) => mirror.inputs(),
+            Self::Metal(metal) => metal.inputs(),
+            Self::Substrate(substrate) => substrate.inputs(),
+            Self::Uber(uber) => uber.inputs(),
             Self::Mix(mix) => vec![mix.amount.into()],
         }
     }

@@ -12,7 +12,7 @@
 //! pbrt-v3 has it, and the reason why its plastic shines.
 
 use crate::material::roughness::Roughness;
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::diffuse::Diffuse;
 use crate::scatter::fresnel::Fresnel;
 use crate::scatter::rough_reflection::RoughReflection;
@@ -48,9 +48,9 @@ impl Plastic {
         }
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
-        let mut sources = vec![self.kd.into(), self.ks.into()];
-        sources.extend(self.roughness.sources());
-        sources
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = vec![self.kd.into(), self.ks.into()];
+        inputs.extend(self.roughness.inputs());
+        inputs
     }
 }

@@ -1,6 +1,6 @@
 //! Roughness along the two axes of the surface, which several materials have.
 
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::microfacet::{TrowbridgeReitz, alpha_from_roughness};
 use crate::texture::FloatSource;
 
@@ -35,7 +35,7 @@ impl Roughness {
         }
     }
 
-    pub(super) fn sources(&self) -> [Source; 2] {
+    pub(super) fn inputs(&self) -> [Input; 2] {
         [self.u.into(), self.v.into()]
     }
 }

@@ -10,7 +10,7 @@
 //! | `float texture bumpmap` | – | displacement |
 
 use crate::material::roughness::Roughness;
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::fresnel_blend::FresnelBlend;
 use crate::scatter::{Bsdf, Bxdf};
 use crate::texture::SpectrumSource;
@@ -39,9 +39,9 @@ impl Substrate {
         }
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
-        let mut sources = vec![self.kd.into(), self.ks.into()];
-        sources.extend(self.roughness.sources());
-        sources
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = vec![self.kd.into(), self.ks.into()];
+        inputs.extend(self.roughness.inputs());
+        inputs
     }
 }

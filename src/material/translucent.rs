@@ -13,7 +13,7 @@
 //! The index of refraction is 1.5. Shares are not normalised: all ones send out twice what comes in.
 
 use crate::material::roughness::Roughness;
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
 use crate::scatter::rough_dielectric::RoughDielectric;
 use crate::scatter::{Bsdf, Bxdf};
@@ -55,10 +55,10 @@ impl Translucent {
         }
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
+    pub(super) fn inputs(&self) -> Vec<Input> {
         let colours = [self.kd, self.ks, self.reflect, self.transmit];
-        let mut sources: Vec<_> = colours.into_iter().map(Source::from).collect();
-        sources.extend(self.roughness.sources());
-        sources
+        let mut inputs: Vec<_> = colours.into_iter().map(Input::from).collect();
+        inputs.extend(self.roughness.inputs());
+        inputs
     }
 }

@@ -13,7 +13,7 @@
 //! | `float texture bumpmap` | – | displacement |
 
 use crate::material::roughness::Roughness;
-use crate::material::{Inputs, Source};
+use crate::material::{Input, Inputs};
 use crate::scatter::diffuse::Diffuse;
 use crate::scatter::fresnel::Fresnel;
 use crate::scatter::rough_reflection::RoughReflection;
@@ -72,11 +72,11 @@ impl Uber {
         }
     }
 
-    pub(super) fn sources(&self) -> Vec<Source> {
+    pub(super) fn inputs(&self) -> Vec<Input> {
         let colours = [self.kd, self.ks, self.kr, self.kt, self.opacity];
-        let mut sources: Vec<_> = colours.into_iter().map(Source::from).collect();
-        sources.extend(self.roughness.sources());
-        sources.push(self.eta.into());
-        sources
+        let mut inputs: Vec<_> = colours.into_iter().map(Input::from).collect();
+        inputs.extend(self.roughness.inputs());
+        inputs.push(self.eta.into());
+        inputs
     }
 }
