@@ -11,13 +11,13 @@
 //! | `bool remaproughness` | true | roughness is perceptual |
 
 use crate::ids::DiffusionTableId;
-use crate::material::{Glass, Inputs};
+use crate::material::{Glass, Input, Inputs};
 use crate::scatter::Bssrdf;
 use crate::scatter::diffusion::DiffusionTable;
 use crate::texture::SpectrumSource;
 
 /// Inputs of the kdsubsurface material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct KdSubsurface {
     /// The boundary; its index is constant.
     pub boundary: Glass,
@@ -47,5 +47,11 @@ impl KdSubsurface {
         let kd = at.reflectance(self.kd);
         let albedo = kd.map(|kd| table.albedo_of(f64::from(kd)) as f32);
         Bssrdf::tabulated(table, self.eta, sigma_t, albedo)
+    }
+
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = self.boundary.inputs();
+        inputs.extend([Input::from(self.kd), self.mfp.into()]);
+        inputs
     }
 }

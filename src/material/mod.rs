@@ -5,8 +5,15 @@
 pub mod glass;
 pub mod kdsubsurface;
 pub mod matte;
+pub mod metal;
 pub mod mirror;
+pub mod mix;
+pub mod plastic;
+pub mod roughness;
+pub mod substrate;
 pub mod subsurface;
+pub mod translucent;
+pub mod uber;
 
 use crate::ids::MaterialId;
 use crate::math::Frame;
@@ -19,26 +26,45 @@ use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
 pub use glass::Glass;
 pub use kdsubsurface::KdSubsurface;
 pub use matte::Matte;
+pub use metal::Metal;
 pub use mirror::Mirror;
+pub use mix::Mix;
+pub use plastic::Plastic;
+pub use roughness::Roughness;
+pub use substrate::Substrate;
 pub use subsurface::Subsurface;
+pub use translucent::Translucent;
+pub use uber::Uber;
 
 /// The family of a material, with its inputs.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub enum Model {
     /// Diffuse.
     Matte(Matte),
+    /// Diffuse with a glossy coat.
+    Plastic(Plastic),
+    /// Thin sheet, reflecting and transmitting.
+    Translucent(Translucent),
+    /// Dielectric, smooth or rough.
+    Glass(Glass),
     /// Perfect mirror.
     Mirror(Mirror),
-    /// Smooth dielectric.
-    Glass(Glass),
+    /// Conductor.
+    Metal(Metal),
+    /// Diffuse under a rough coat.
+    Substrate(Substrate),
+    /// A bit of everything.
+    Uber(Uber),
     /// Translucent, by its coefficients.
     Subsurface(Subsurface),
     /// Translucent, by its colour.
     KdSubsurface(KdSubsurface),
+    /// Two other materials.
+    Mix(Mix),
 }
 
 /// A material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Material {
     /// What it scatters.
     pub model: Model,
@@ -47,7 +73,7 @@ pub struct Material {
 /// All materials of a world.
 #[derive(Clone, Debug, Default)]
 pub struct Materials {
-    /// The materials, addressed by [`MaterialId`].
+    /// The materials, addressed by [`MaterialId`]. The parts of a mixture come before it.
     pub list: Vec<Material>,
     /// Tables of subsurface profiles, addressed by [`crate::ids::DiffusionTableId`].
     pub diffusion: Vec<DiffusionTable>,
@@ -59,10 +85,30 @@ const NARROWEST_PROFILE: f32 = 64.0;
 /// is still finite.
 const MAX_SIGMA_T: f32 = 1e15;
 
+/// An input of a material, of either kind.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Input {
+    /// Scalar.
+    Float(FloatSource),
+    /// Colour.
+    Spectrum(SpectrumSource),
+}
+
+impl From<FloatSource> for Input {
+    fn from(source: FloatSource) -> Self {
+        Self::Float(source)
+    }
+}
+
+impl From<SpectrumSource> for Input {
+    fn from(source: SpectrumSource) -> Self {
+        Self::Spectrum(source)
+    }
+}
+
 /// Where a material is evaluated, and the textures it reads.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
-    surface: &'a SurfacePoint,
     ctx: &'a TextureContext,
     textures: &'a Textures,
 }
@@ -74,10 +120,27 @@ impl Inputs<'_> {
         self.textures.float(source, self.ctx)
     }
 
+    /// A colour input as it is.
+    #[inline]
+    fn spectrum(&self, source: SpectrumSource) -> Rgb {
+        self.textures.spectrum(source, self.ctx)
+    }
+
     /// A reflectance, transmittance or similar colour: clamped to ≥ 0, not above.
     #[inline]
     fn reflectance(&self, source: SpectrumSource) -> Rgb {
-        self.textures.spectrum(source, self.ctx).clamp_negative()
+        self.spectrum(source).clamp_negative()
+    }
+
+    /// An index of refraction. A texture can say anything; without a possible index there is no interface.
+    #[inline]
+    fn index_of_refraction(&self, source: FloatSource) -> f32 {
+        let eta = self.float(source);
+        if eta > 0.0 && eta.is_finite() {
+            eta
+        } else {
+            1.0
+        }
     }
 }
 
@@ -90,12 +153,8 @@ impl Materials {
         ctx: &TextureContext,
         textures: &Textures,
     ) -> Bsdf {
-        let at = Inputs {
-            surface,
-            ctx,
-            textures,
-        };
-        let frame = Frame::from_normal_tangent(at.surface.ns, at.surface.tangent);
+        let at = Inputs { ctx, textures };
+        let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
         let mut bsdf = Bsdf::new(frame, surface.ng);
         self.scatter(id, &at, &mut bsdf);
         bsdf
@@ -104,14 +163,30 @@ impl Materials {
     fn scatter(&self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf) {
         match &self.list[id.index()].model {
             Model::Matte(matte) => matte.scatter(at, bsdf),
-            Model::Mirror(mirror) => mirror.scatter(at, bsdf),
+            Model::Plastic(plastic) => plastic.scatter(at, bsdf),
+            Model::Translucent(translucent) => translucent.scatter(at, bsdf),
             Model::Glass(glass) => glass.scatter(at, bsdf),
+            Model::Mirror(mirror) => mirror.scatter(at, bsdf),
+            Model::Metal(metal) => metal.scatter(at, bsdf),
+            Model::Substrate(substrate) => substrate.scatter(at, bsdf),
+            Model::Uber(uber) => uber.scatter(at, bsdf),
             Model::Subsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
             Model::KdSubsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
+            Model::Mix(mix) => self.scatter_mix(mix, at, bsdf),
         }
     }
 
-    /// How light spreads below a surface, where the material lets it.
+    fn scatter_mix(&self, mix: &Mix, at: &Inputs, bsdf: &mut Bsdf) {
+        let first = at.reflectance(mix.amount);
+        let second = (Rgb::ONE - first).clamp_negative();
+        // The first material sets the index, whatever its weight.
+        bsdf.scaled(first, |bsdf| self.scatter(mix.first, at, bsdf));
+        let eta = bsdf.eta();
+        bsdf.scaled(second, |bsdf| self.scatter(mix.second, at, bsdf));
+        bsdf.set_eta(eta);
+    }
+
+    /// How light spreads below a surface, where the material lets it; in a mixture, where its first part does.
     pub fn bssrdf(
         &self,
         id: MaterialId,
@@ -119,11 +194,7 @@ impl Materials {
         ctx: &TextureContext,
         textures: &Textures,
     ) -> Option<Bssrdf<'_>> {
-        let at = Inputs {
-            surface,
-            ctx,
-            textures,
-        };
+        let at = Inputs { ctx, textures };
         let uncertainty = surface.p_err.0 + surface.p.0.abs() * EPSILON;
         let max_sigma_t = (1.0 / (NARROWEST_PROFILE * uncertainty.max_element())).min(MAX_SIGMA_T);
         match &self.list[id.index()].model {
@@ -133,30 +204,56 @@ impl Materials {
             Model::KdSubsurface(m) => {
                 Some(m.bssrdf(&at, &self.diffusion[m.table.index()], max_sigma_t))
             }
-            Model::Matte(_) | Model::Mirror(_) | Model::Glass(_) => None,
+            Model::Mix(mix) => self.bssrdf(mix.first, surface, ctx, textures),
+            _ => None,
         }
     }
 
     /// Whether any input of any material needs the footprint of the camera's pixel.
-    pub fn need_footprint(&self) -> bool {
-        self.list
+    pub fn need_footprint(&self, textures: &Textures) -> bool {
+        let inputs = self
+            .list
             .iter()
-            .any(|material| material.model.needs_footprint())
+            .flat_map(|material| material.model.inputs());
+        inputs.into_iter().any(|input| match input {
+            Input::Float(source) => textures.needs_footprint(source),
+            Input::Spectrum(source) => textures.needs_footprint(source),
+        })
+    }
+
+    /// Most lobes a material adds to a scattering function.
+    pub fn max_lobes(&self, id: MaterialId) -> usize {
+        match &self.list[id.index()].model {
+            Model::Matte(_)
+            | Model::Glass(_)
+            | Model::Mirror(_)
+            | Model::Metal(_)
+            | Model::Subsurface(_)
+            | Model::KdSubsurface(_)
+            | Model::Substrate(_) => 1,
+            Model::Plastic(_) => 2,
+            Model::Translucent(_) => 3,
+            Model::Uber(_) => 4,
+            Model::Mix(mix) => self.max_lobes(mix.first) + self.max_lobes(mix.second),
+        }
     }
 }
 
 impl Model {
-    /// Whether any input needs the footprint of the camera's pixel.
-    fn needs_footprint(&self) -> bool {
-        let spectrum = |s: SpectrumSource| matches!(s, SpectrumSource::Texture(_));
-        let float = |s: FloatSource| matches!(s, FloatSource::Texture(_));
-        let glass = |m: &Glass| spectrum(m.kr) || spectrum(m.kt) || float(m.eta);
+    /// All inputs; of a mixture, its own.
+    fn inputs(&self) -> Vec<Input> {
         match self {
-            Self::Matte(m) => spectrum(m.kd) || float(m.sigma),
-            Self::Mirror(m) => spectrum(m.kr),
-            Self::Glass(m) => glass(m),
-            Self::Subsurface(m) => glass(&m.boundary) || spectrum(m.sigma_a) || spectrum(m.sigma_s),
-            Self::KdSubsurface(m) => glass(&m.boundary) || spectrum(m.kd) || spectrum(m.mfp),
+            Self::Matte(matte) => matte.inputs(),
+            Self::Plastic(plastic) => plastic.inputs(),
+            Self::Translucent(translucent) => translucent.inputs(),
+            Self::Glass(glass) => glass.inputs(),
+            Self::Mirror(mirror) => mirror.inputs(),
+            Self::Metal(metal) => metal.inputs(),
+            Self::Substrate(substrate) => substrate.inputs(),
+            Self::Uber(uber) => uber.inputs(),
+            Self::Subsurface(subsurface) => subsurface.inputs(),
+            Self::KdSubsurface(subsurface) => subsurface.inputs(),
+            Self::Mix(mix) => vec![mix.amount.into()],
         }
     }
 }

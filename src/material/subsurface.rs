@@ -11,14 +11,14 @@
 //! | `bool remaproughness` | true | roughness is perceptual |
 
 use crate::ids::DiffusionTableId;
-use crate::material::{Glass, Inputs};
+use crate::material::{Glass, Input, Inputs};
 use crate::scatter::Bssrdf;
 use crate::scatter::diffusion::DiffusionTable;
 use crate::spectrum::Rgb;
 use crate::texture::SpectrumSource;
 
 /// Inputs of the subsurface material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Subsurface {
     /// The boundary; its index is constant.
     pub boundary: Glass,
@@ -50,5 +50,11 @@ impl Subsurface {
         let albedo = [0, 1, 2].map(|c| if t[c] > 0.0 { s[c] / t[c] } else { 0.0 });
         let sigma_t = sigma_t.min(Rgb::splat(max_sigma_t));
         Bssrdf::tabulated(table, self.eta, sigma_t, Rgb::from_array(albedo))
+    }
+
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = self.boundary.inputs();
+        inputs.extend([Input::from(self.sigma_a), self.sigma_s.into()]);
+        inputs
     }
 }

@@ -3,9 +3,14 @@
 use arrayvec::ArrayVec;
 
 use crate::math::{Frame, Normal3, Vec3};
+use crate::sampling::rng::ONE_MINUS_EPSILON;
 use crate::scatter::bssrdf::SubsurfaceExit;
-use crate::scatter::diffuse::Diffuse;
-use crate::scatter::specular::{Mirror, SmoothDielectric, SpecularSample};
+use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
+use crate::scatter::fresnel_blend::FresnelBlend;
+use crate::scatter::rough_dielectric::RoughDielectric;
+use crate::scatter::rough_reflection::RoughReflection;
+use crate::scatter::same_hemisphere;
+use crate::scatter::specular::{Mirror, PassThrough, SmoothDielectric, SpecularSample};
 use crate::spectrum::Rgb;
 
 /// What travels along the path: radiance from lights, or importance from the camera.
@@ -26,16 +31,20 @@ pub enum Sides {
     Transmission,
     /// Both.
     Both,
+    /// Both, by values of their own: a pair of directions counts where shading and geometric normal agree on its side.
+    Each,
 }
 
 impl Sides {
-    /// Whether the lobe counts for a pair of directions on the same side of the surface, or on different ones.
+    /// Whether the lobe counts for a pair of directions that is reflected or not by the geometric normal, and by the
+    /// shading normal.
     #[inline]
-    fn include(self, reflects: bool) -> bool {
+    fn include(self, reflects: bool, reflects_in_shading: bool) -> bool {
         match self {
             Self::Reflection => reflects,
             Self::Transmission => !reflects,
             Self::Both => true,
+            Self::Each => reflects == reflects_in_shading,
         }
     }
 }
@@ -45,29 +54,45 @@ impl Sides {
 pub enum Bxdf {
     /// Diffuse reflection.
     Diffuse(Diffuse),
+    /// Diffuse transmission.
+    DiffuseTransmission(DiffuseTransmission),
     /// Exit of light that spread below the surface.
     SubsurfaceExit(SubsurfaceExit),
     /// Mirror reflection.
     Mirror(Mirror),
+    /// Straight ahead.
+    PassThrough(PassThrough),
     /// Smooth dielectric: specular reflection and transmission.
     SmoothDielectric(SmoothDielectric),
+    /// Microfacet reflection.
+    RoughReflection(RoughReflection),
+    /// Microfacet reflection and transmission.
+    RoughDielectric(RoughDielectric),
+    /// Diffuse base under a rough coat.
+    FresnelBlend(FresnelBlend),
 }
 
 impl Bxdf {
     /// Whether its density is a delta, so that it has no value and no density of its own.
     #[inline]
     pub fn is_specular(&self) -> bool {
-        match self {
-            Self::Diffuse(_) | Self::SubsurfaceExit(_) => false,
-            Self::Mirror(_) | Self::SmoothDielectric(_) => true,
-        }
+        matches!(
+            self,
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_)
+        )
     }
 
+    /// The sides it scatters to.
     #[inline]
-    fn sides(&self) -> Sides {
+    pub fn sides(&self) -> Sides {
         match self {
-            Self::Diffuse(_) | Self::SubsurfaceExit(_) | Self::Mirror(_) => Sides::Reflection,
-            Self::SmoothDielectric(_) => Sides::Both,
+            Self::Diffuse(_)
+            | Self::SubsurfaceExit(_)
+            | Self::Mirror(_)
+            | Self::RoughReflection(_)
+            | Self::FresnelBlend(_) => Sides::Reflection,
+            Self::DiffuseTransmission(_) | Self::PassThrough(_) => Sides::Transmission,
+            Self::SmoothDielectric(_) | Self::RoughDielectric(_) => Sides::Each,
         }
     }
 
@@ -76,8 +101,12 @@ impl Bxdf {
     pub fn f(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
         match self {
             Self::Diffuse(lobe) => lobe.f(wo, wi),
+            Self::DiffuseTransmission(lobe) => lobe.f(),
             Self::SubsurfaceExit(lobe) => Rgb::splat(lobe.f(wi, mode)),
-            Self::Mirror(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
+            Self::RoughReflection(lobe) => lobe.f(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.f(wo, wi, mode),
+            Self::FresnelBlend(lobe) => lobe.f(wo, wi),
         }
     }
 
@@ -86,19 +115,35 @@ impl Bxdf {
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(wo, wi),
+            Self::DiffuseTransmission(lobe) => lobe.pdf(wo, wi),
             Self::SubsurfaceExit(lobe) => lobe.pdf(wi),
-            Self::Mirror(_) | Self::SmoothDielectric(_) => 0.0,
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_) => 0.0,
+            Self::RoughReflection(lobe) => lobe.pdf(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.pdf(wo, wi),
+            Self::FresnelBlend(lobe) => lobe.pdf(wo, wi),
         }
     }
 
-    /// Draws a direction. `None` where nothing scatters.
+    /// Draws a direction; `u_part` chooses among the parts of a lobe that has several. `None` where nothing scatters.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2], mode: TransportMode) -> Option<LobeSample> {
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        u_part: f32,
+        u: [f32; 2],
+        mode: TransportMode,
+    ) -> Option<LobeSample> {
+        use LobeSample::{Smooth, Specular};
         match self {
-            Self::Diffuse(lobe) => Some(LobeSample::Smooth(lobe.sample(wo, u))),
-            Self::SubsurfaceExit(lobe) => Some(LobeSample::Smooth(lobe.sample(u))),
-            Self::Mirror(lobe) => Some(LobeSample::Specular(lobe.sample(wo))),
-            Self::SmoothDielectric(lobe) => lobe.sample(wo, u[0], mode).map(LobeSample::Specular),
+            Self::Diffuse(lobe) => Some(Smooth(lobe.sample(wo, u))),
+            Self::DiffuseTransmission(lobe) => Some(Smooth(lobe.sample(wo, u))),
+            Self::SubsurfaceExit(lobe) => Some(Smooth(lobe.sample(u))),
+            Self::Mirror(lobe) => Some(Specular(lobe.sample(wo))),
+            Self::PassThrough(lobe) => Some(Specular(lobe.sample(wo))),
+            Self::SmoothDielectric(lobe) => lobe.sample(wo, u_part, mode).map(Specular),
+            Self::RoughReflection(lobe) => lobe.sample(wo, u).map(Smooth),
+            Self::RoughDielectric(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
+            Self::FresnelBlend(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
         }
     }
 }
@@ -179,8 +224,11 @@ impl Bsdf {
         &self.frame
     }
 
-    /// Adds a lobe; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
+    /// Adds a lobe, unless the current factor is black; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
     pub fn add(&mut self, bxdf: Bxdf) {
+        if self.scale.is_black() {
+            return;
+        }
         let added = self.lobes.try_push(Lobe {
             bxdf,
             scale: self.scale,
@@ -218,9 +266,10 @@ impl Bsdf {
         if wo.z() == 0.0 {
             return Rgb::BLACK;
         }
+        let reflects_in_shading = same_hemisphere(wo, wi);
         self.lobes
             .iter()
-            .filter(|lobe| lobe.bxdf.sides().include(reflects))
+            .filter(|lobe| lobe.bxdf.sides().include(reflects, reflects_in_shading))
             .map(|lobe| lobe.bxdf.f(wo, wi, mode) * lobe.scale)
             .sum()
     }
@@ -244,7 +293,8 @@ impl Bsdf {
         w.abs_dot(self.frame.n)
     }
 
-    /// Draws a direction: a lobe uniformly by `u_lobe`, then a direction of that lobe. `None` where nothing scatters.
+    /// Draws a direction: a lobe uniformly by `u_lobe`, then a direction of that lobe by what is left of `u_lobe` and
+    /// by `u`. `None` where nothing scatters.
     pub fn sample(
         &self,
         wo: Vec3,
@@ -257,8 +307,11 @@ impl Bsdf {
             return None;
         }
         let n_lobes = self.lobes.len();
-        let chosen = &self.lobes[((u_lobe * n_lobes as f32) as usize).min(n_lobes - 1)];
-        match chosen.bxdf.sample(wo_local, u, mode)? {
+        let place = u_lobe * n_lobes as f32;
+        let index = (place as usize).min(n_lobes - 1);
+        let u_part = (place - index as f32).min(ONE_MINUS_EPSILON);
+        let chosen = &self.lobes[index];
+        match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
             LobeSample::Specular(sample) => Some(BsdfSample {
                 wi: self.frame.to_world(sample.wi),
                 weight: sample.weight * chosen.scale * n_lobes as f32,
@@ -287,7 +340,7 @@ impl Bsdf {
                     transmitted: match chosen.bxdf.sides() {
                         Sides::Reflection => false,
                         Sides::Transmission => true,
-                        Sides::Both => !reflects,
+                        Sides::Both | Sides::Each => !reflects,
                     },
                     eta_scale: 1.0,
                 })

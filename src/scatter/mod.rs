@@ -8,7 +8,11 @@ pub mod bssrdf;
 pub mod diffuse;
 pub mod diffusion;
 pub mod fresnel;
+pub mod fresnel_blend;
+pub mod microfacet;
 pub mod phase;
+pub mod rough_dielectric;
+pub mod rough_reflection;
 pub mod specular;
 
 pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Sides, TransportMode};

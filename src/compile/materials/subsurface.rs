@@ -3,13 +3,11 @@
 
 use std::collections::HashMap;
 
-use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::diagnostic::Diagnostic;
 
-use crate::compile::materials::glass;
-use crate::compile::reader::ParamReader;
-use crate::compile::textures::TextureBuilder;
+use super::models::ModelReader;
 use crate::ids::DiffusionTableId;
-use crate::material::{KdSubsurface, Subsurface};
+use crate::material::{Glass, KdSubsurface, Model, Subsurface};
 use crate::medium::presets::preset;
 use crate::scatter::diffusion::DiffusionTable;
 use crate::spectrum::Rgb;
@@ -41,79 +39,73 @@ impl DiffusionTables {
             .ids
             .entry([g.to_bits(), eta.to_bits()])
             .or_insert_with(|| {
-                self.built
-                    .push(DiffusionTable::new(f64::from(g), f64::from(eta)));
+                let table = DiffusionTable::new(f64::from(g), f64::from(eta));
+                self.built.push(table);
                 DiffusionTableId::new(self.built.len() - 1)
             })
     }
+}
 
-    pub(super) fn subsurface(
-        &mut self,
-        p: &mut ParamReader,
-        textures: &mut TextureBuilder,
-        later: &mut Diagnostics,
-    ) -> Subsurface {
-        let preset = preset(p.choice("name"));
-        let eta = p.float("eta");
+impl ModelReader<'_, '_, '_> {
+    pub(super) fn subsurface(&mut self) -> Model {
+        let preset = preset(self.params.choice("name"));
+        let eta = self.params.float("eta");
         // The coefficients of a preset are reduced: they stand for isotropic scattering.
-        let g = p.float("g");
+        let g = self.params.float("g");
         let g = if preset.is_some() { 0.0 } else { g };
-        let scale = f64::from(p.float("scale")) / self.scale;
-        let mut coefficient = |name: &str, of_preset: Option<Rgb>, p: &mut ParamReader| {
-            let given = p.is_given(name);
-            let value = p.spectrum_texture(name);
-            match of_preset {
-                Some(rgb) if !given => SpectrumSource::Constant(rgb),
-                _ => textures.spectrum_source(value, 0.0, later),
-            }
-        };
-        let sigma_a = coefficient("sigma_a", preset.map(|preset| preset.sigma_a), p);
-        let sigma_s = coefficient("sigma_s", preset.map(|preset| preset.sigma_s), p);
+        let scale = f64::from(self.params.float("scale")) / self.diffusion.scale;
+        let sigma_a = self.coefficient("sigma_a", preset.map(|preset| preset.sigma_a));
+        let sigma_s = self.coefficient("sigma_s", preset.map(|preset| preset.sigma_s));
         let black = |source: SpectrumSource| match source {
             SpectrumSource::Constant(value) => value.clamp_negative().is_black(),
             SpectrumSource::Texture(_) => false,
         };
         if scale == 0.0 || black(sigma_s) || g.abs() == 1.0 {
-            nothing_comes_back(p);
+            self.warn_that_nothing_comes_back();
         }
-        Subsurface {
-            boundary: glass(p, FloatSource::Constant(eta), textures, later),
+        Model::Subsurface(Subsurface {
+            boundary: self.boundary(eta),
             sigma_a,
             sigma_s,
             scale: (scale as f32).min(f32::MAX),
             eta,
-            table: self.id(g, eta),
-        }
+            table: self.diffusion.id(g, eta),
+        })
     }
 
-    pub(super) fn kdsubsurface(
-        &mut self,
-        p: &mut ParamReader,
-        textures: &mut TextureBuilder,
-        later: &mut Diagnostics,
-    ) -> KdSubsurface {
-        let eta = p.float("eta");
-        let g = p.float("g");
-        let scale = f64::from(p.float("scale")) * self.scale;
-        let kd = textures.spectrum_source(p.spectrum_texture("Kd"), 0.5, later);
-        let mfp = textures.spectrum_source(p.spectrum_texture("mfp"), 1.0, later);
+    pub(super) fn kdsubsurface(&mut self) -> Model {
+        let (eta, g) = (self.params.float("eta"), self.params.float("g"));
+        let scale = f64::from(self.params.float("scale")) * self.diffusion.scale;
+        let (kd, mfp) = (self.spectrum("Kd"), self.spectrum("mfp"));
         if g.abs() == 1.0 {
-            nothing_comes_back(p);
+            self.warn_that_nothing_comes_back();
         }
-        KdSubsurface {
-            boundary: glass(p, FloatSource::Constant(eta), textures, later),
+        Model::KdSubsurface(KdSubsurface {
+            boundary: self.boundary(eta),
             kd,
             mfp,
             scale: (scale as f32).min(f32::MAX),
             eta,
-            table: self.id(g, eta),
+            table: self.diffusion.id(g, eta),
+        })
+    }
+
+    fn coefficient(&mut self, name: &str, of_preset: Option<Rgb>) -> SpectrumSource {
+        let given = self.params.is_given(name);
+        match of_preset {
+            Some(rgb) if !given => SpectrumSource::Constant(rgb),
+            _ => self.spectrum(name),
         }
     }
-}
 
-/// Warns of a medium that swallows what enters.
-fn nothing_comes_back(p: &mut ParamReader) {
-    let message = "nothing scatters light back out of this material: its inside is black";
-    let span = p.kind_span();
-    p.report(Diagnostic::warning("black-subsurface", span, message));
+    fn boundary(&mut self, eta: f32) -> Glass {
+        self.dielectric(FloatSource::Constant(eta))
+    }
+
+    fn warn_that_nothing_comes_back(&mut self) {
+        let message = "nothing scatters light back out of this material: its inside is black";
+        let span = self.params.kind_span();
+        let diagnostic = Diagnostic::warning("black-subsurface", span, message);
+        self.params.report(diagnostic);
+    }
 }
