@@ -72,50 +72,56 @@ pub fn sample_exit(
     let half = ((reach - r) * (reach + r)).sqrt().min(across);
     let (sin, cos) = (TAU * u_angle).sin_cos();
     let p = entry.surface.p;
-    let mut ray = Ray {
-        o: p + (x * cos + y * sin) * r - z * half,
-        d: z,
-        time: entry.time,
-    };
-    let end = ray.o + z * (2.0 * half);
+    // From near the middle outward, so that what counts most is found first; not from the middle itself, which may
+    // lie on the surface.
+    let aside = r.min(half);
+    let start = p + (x * cos + y * sin) * r - z * aside;
 
-    // Weights are kept relative to the throughput: a choice needs no more.
     let mut chosen: Option<(Exit, f32)> = None;
-    let (mut total, mut roulette, mut n_found) = (0.0, 1.0, 0);
-    loop {
-        let left = (end - ray.o).dot(ray.d);
-        if left <= 0.0 {
-            break;
-        }
-        counters.rays += 1;
-        let Some(hit) = world.closest_of_material(&ray, left, entry.material) else {
-            break;
+    let mut total = 0.0;
+    for (d, length) in [(z, half + aside), (-z, half - aside)] {
+        let mut ray = Ray {
+            o: start,
+            d,
+            time: entry.time,
         };
-        let surface = world.surface(&ray, &hit);
-        let offset = surface.p - p;
-        let pdf = density(bssrdf, &channels, &axes, offset, &surface);
-        let distance = offset.length();
-        let weight = bssrdf.sp(distance) * (roulette / pdf);
-        let importance = (weight * beta).max_component();
-        if distance > 0.0 && importance > 0.0 && importance.is_finite() {
-            total += importance;
-            if rng.uniform() * total < importance {
-                let exit = Exit {
-                    hit,
-                    surface,
-                    weight,
-                };
-                chosen = Some((exit, importance));
-            }
-        }
-        n_found += 1;
-        if n_found % ROULETTE_EVERY == 0 {
-            if rng.uniform() < 0.5 {
+        let end = start + d * length;
+        let (mut roulette, mut n_found) = (1.0, 0);
+        loop {
+            let left = (end - ray.o).dot(d);
+            if left <= 0.0 {
                 break;
             }
-            roulette *= 2.0;
+            counters.rays += 1;
+            let Some(hit) = world.closest_of_material(&ray, left, entry.material) else {
+                break;
+            };
+            let surface = world.surface(&ray, &hit);
+            let offset = surface.p - p;
+            let pdf = density(bssrdf, &channels, &axes, offset, &surface);
+            let weight = bssrdf.sp(offset.length()) * (roulette / pdf);
+            // Not a number where the entry itself is found.
+            let importance = (weight * beta).max_component();
+            if importance > 0.0 && importance.is_finite() {
+                total += importance;
+                if rng.uniform() * total < importance {
+                    let exit = Exit {
+                        hit,
+                        surface,
+                        weight,
+                    };
+                    chosen = Some((exit, importance));
+                }
+            }
+            n_found += 1;
+            if n_found % ROULETTE_EVERY == 0 {
+                if rng.uniform() < 0.5 {
+                    break;
+                }
+                roulette *= 2.0;
+            }
+            ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, ray.time);
         }
-        ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
     }
     let (mut exit, importance) = chosen?;
     exit.weight *= total / importance;
