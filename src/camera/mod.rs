@@ -4,8 +4,11 @@
 //! Camera space: +x right, +y up, +z forward, f64; a projection lives there, and only [`Camera`] knows where that is.
 
 pub mod environment;
+pub mod lens;
 pub mod orthographic;
 pub mod perspective;
+pub mod pupil;
+pub mod realistic;
 pub mod screen;
 pub mod thin_lens;
 
@@ -15,8 +18,12 @@ use crate::math::{Motion, Point3, Ray, Transform, Vec3};
 pub use environment::Environment;
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
+pub use realistic::Realistic;
 pub use screen::Screen;
 pub use thin_lens::ThinLens;
+
+/// Pixels between the rays from which the change along the film is found where it is not the same all over.
+const DIFFERENCE: f64 = 0.05;
 
 /// A camera: a projection at a place, for as long as the shutter is open.
 #[derive(Clone, Debug)]
@@ -35,6 +42,8 @@ pub enum Projection {
     Orthographic(Orthographic),
     /// All directions.
     Environment(Environment),
+    /// What a lens system lets through.
+    Realistic(Box<Realistic>),
 }
 
 /// The numbers a camera turns into a ray.
@@ -93,24 +102,38 @@ impl Camera {
             Projection::Perspective(perspective) => (perspective.ray(sample), 1.0),
             Projection::Orthographic(orthographic) => (orthographic.ray(sample), 1.0),
             Projection::Environment(environment) => (environment.ray(sample.raster), 1.0),
+            Projection::Realistic(realistic) => {
+                let (ray, weight) = realistic.ray(sample)?;
+                (ray, weight as f32)
+            }
         };
         let time = self.time(sample);
         let ray = into_render_space(&self.placed_at(time), local, time);
         Some(CameraRay { ray, weight })
     }
 
-    /// The rays `step` pixels to the right and below.
+    /// The rays `step` pixels to the right and below, through the same point of the lens. Where lines of the film
+    /// are no lines of the scene, they are extrapolated from the sample's nearest surroundings. `None` if the lens
+    /// blocks those.
     pub fn differential(&self, sample: &CameraSample, step: f64) -> Option<RayDifferential> {
-        let shifted = |dx: f64, dy: f64| CameraSample {
-            raster: [sample.raster[0] + dx, sample.raster[1] + dy],
-            ..*sample
+        let local = |axis: usize| {
+            let shifted = |by: f64| {
+                let mut raster = sample.raster;
+                raster[axis] += by;
+                CameraSample { raster, ..*sample }
+            };
+            match &self.projection {
+                Projection::Perspective(perspective) => Some(perspective.ray(&shifted(step))),
+                Projection::Orthographic(orthographic) => Some(orthographic.ray(&shifted(step))),
+                Projection::Environment(environment) => {
+                    extrapolated(step, |by| Some(environment.ray(shifted(by).raster)))
+                }
+                Projection::Realistic(realistic) => {
+                    extrapolated(step, |by| realistic.shifted_ray(sample, shifted(by).raster))
+                }
+            }
         };
-        let neighbours = [shifted(step, 0.0), shifted(0.0, step)];
-        let [right, below] = match &self.projection {
-            Projection::Perspective(perspective) => neighbours.map(|s| perspective.ray(&s)),
-            Projection::Orthographic(orthographic) => neighbours.map(|s| orthographic.ray(&s)),
-            Projection::Environment(environment) => neighbours.map(|s| environment.ray(s.raster)),
-        };
+        let [right, below] = [local(0)?, local(1)?];
         let time = self.time(sample);
         let render_from_camera = self.placed_at(time);
         Some(RayDifferential {
@@ -131,6 +154,19 @@ impl Camera {
         let placed = moved.or_else(|| self.render_from_camera.at(f32::NEG_INFINITY));
         placed.unwrap_or(Transform::IDENTITY)
     }
+}
+
+/// The ray `step` pixels on, from one `DIFFERENCE` on or, if there is none, back.
+fn extrapolated(step: f64, ray: impl Fn(f64) -> Option<LocalRay>) -> Option<LocalRay> {
+    let here = ray(0.0)?;
+    let from = |by: f64| {
+        let there = ray(by)?;
+        Some(LocalRay {
+            o: here.o + (there.o - here.o) * (step / by),
+            d: here.d + (there.d - here.d) * (step / by),
+        })
+    };
+    from(DIFFERENCE).or_else(|| from(-DIFFERENCE))
 }
 
 #[inline]

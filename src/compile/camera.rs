@@ -5,11 +5,12 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
 use crate::camera::{Camera, Environment, Orthographic, Perspective, Projection, Screen, ThinLens};
+use crate::compile::assets::Assets;
 use crate::compile::options::FilmOptions;
 use crate::compile::placement::{Placement, placement};
 use crate::compile::reader::ParamReader;
 use crate::compile::space::RenderSpace;
-use crate::compile::{lookup, unsupported};
+use crate::compile::{lens, lookup};
 use crate::describe::description::Frame;
 use crate::math::{Motion, MotionChain, Transform};
 
@@ -48,6 +49,7 @@ impl CameraOptions {
 pub(super) fn camera(
     frame: &Frame,
     film: Option<&FilmOptions>,
+    assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
 ) -> Option<CameraOptions> {
     let entity = &frame.camera.entity;
@@ -72,10 +74,12 @@ pub(super) fn camera(
             )))
         }
         "environment" => Some(Projection::Environment(Environment::new(resolution))),
-        name => {
-            let what = format!("the camera \"{name}\"");
-            p.report(unsupported(&what, entity.kind.span, "nothing is rendered"));
-            None
+        _ => {
+            // A table without a film has no camera: the film's own fault is reported.
+            let diagonal = film.map(|film| film.diagonal);
+            diagonal
+                .and_then(|diagonal| lens::realistic(&mut p, diagonal, resolution, shutter, assets))
+                .map(|camera| Projection::Realistic(Box::new(camera)))
         }
     };
     p.finish();

@@ -6,6 +6,7 @@
 mod assets;
 mod camera;
 mod geometry;
+mod lens;
 mod lights;
 mod materials;
 mod media;
@@ -91,7 +92,7 @@ fn build(
     let samples = options::samples(frame, options, diagnostics);
     let integrator = options::integrator(frame, diagnostics);
     options::accelerator(frame, diagnostics);
-    let camera = camera::camera(frame, film.as_ref(), diagnostics);
+    let camera = camera::camera(frame, film.as_ref(), assets, diagnostics);
 
     let loaded = geometry::load(frame, assets, diagnostics);
     let n_objects_skipped = loaded.n_objects_skipped();

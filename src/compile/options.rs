@@ -21,6 +21,8 @@ const MAX_FILTER_RADIUS: f64 = 256.0;
 
 pub(super) struct FilmOptions {
     pub(super) desc: FilmDesc,
+    /// Size of the sensor in mm.
+    pub(super) diagonal: f64,
     pub(super) filename: String,
     pub(super) frame: PixelRect,
 }
@@ -53,6 +55,7 @@ pub(super) fn film(
         .optional_float("maxsampleluminance")
         .unwrap_or(f32::INFINITY);
     let filename = p.string("filename");
+    let diagonal = f64::from(p.float("diagonal"));
     let (window_span, resolution_span) = (p.span("cropwindow"), p.span("xresolution"));
     p.finish();
     let n_pixels = crop.width.saturating_mul(crop.height);
@@ -82,6 +85,7 @@ pub(super) fn film(
     let frame = PixelRect::from_size(resolution[0] as usize, resolution[1] as usize);
     Some(FilmOptions {
         desc,
+        diagonal,
         filename,
         frame,
     })

@@ -5,6 +5,8 @@ mod findings;
 #[path = "../common/scene.rs"]
 mod scene;
 
+mod blur;
+mod lenses;
 mod projections;
 
 use tyndall::camera::{Camera, CameraSample};
