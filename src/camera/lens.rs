@@ -55,6 +55,8 @@ pub enum LensError {
     FilmInside,
     /// Not even the ray along the axis gets through.
     Opaque,
+    /// Weights of rays are beyond what numbers can hold.
+    OutOfRange,
 }
 
 impl fmt::Display for LensError {
@@ -67,6 +69,7 @@ impl fmt::Display for LensError {
             ),
             Self::FilmInside => write!(f, "the lens would focus inside itself"),
             Self::Opaque => write!(f, "no light gets through the lens"),
+            Self::OutOfRange => write!(f, "the lens is too large or too small to compute with"),
         }
     }
 }

@@ -137,6 +137,15 @@ impl ExitPupil {
         known.unwrap_or_else(|| whole_rear(lens, film_radius))
     }
 
+    /// Area in m² of the largest bounds on the film.
+    pub fn greatest_area(&self) -> f64 {
+        let areas = self.rings.iter().map(PupilBounds::area);
+        areas.fold(0.0, |greatest, area| {
+            // What is no number must not get lost.
+            if area <= greatest { greatest } else { area }
+        })
+    }
+
     /// Area in m² of the bounds that pbrt-v3 has for the film's centre.
     pub fn reference_area(&self) -> f64 {
         self.reference_area

@@ -41,7 +41,7 @@ impl Realistic {
     /// A camera with a focused lens and a sensor with the given diagonal in metres.
     ///
     /// # Errors
-    /// No light gets through the lens.
+    /// No light gets through the lens, or its size is out of this world.
     pub fn new(
         lens: Lens,
         diagonal: f64,
@@ -55,8 +55,8 @@ impl Realistic {
             Weighting::Simple => 1.0 / pupil.reference_area(),
             Weighting::Exposure(time) => time / lens.rear_z().powi(2),
         };
-        if !gain.is_finite() {
-            return Err(LensError::Opaque);
+        if !((pupil.greatest_area() * gain) as f32).is_finite() {
+            return Err(LensError::OutOfRange);
         }
         Ok(Self {
             lens,

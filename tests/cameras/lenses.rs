@@ -1,15 +1,19 @@
 //! Lens systems: refraction, focus, pupils and weights of the realistic camera.
 
 use std::f64::consts::FRAC_PI_4;
+use std::sync::atomic::AtomicBool;
 
 use glam::{DVec2, DVec3};
 use tyndall::camera::lens::{Interface, Lens, LensError};
 use tyndall::camera::pupil::ExitPupil;
 use tyndall::camera::{Camera, LocalRay};
+use tyndall::compile::CompileOptions;
+use tyndall::render::{Unwatched, render};
 use tyndall_test_support::Uniform;
 use tyndall_test_support::z_test::Mean;
 
 use super::{RESOLUTION, compiled, sample};
+use crate::scene::compile_scene;
 
 /// The lens of the scenes of our own.
 const TRIPLET: &str = include_str!("../../assets/pbrt-v3-scenes-subset/cameras/triplet.dat");
@@ -397,4 +401,71 @@ fn row_65_the_middle_of_the_film_is_as_bright_as_the_disk_in_its_square() {
         (found / (FRAC_PI_4 / widened.powi(2)) - 1.0).abs() < 2e-3,
         "{found}"
     );
+}
+
+#[test]
+fn differentials_see_one_pixel_of_the_plane_in_focus() {
+    let camera = camera(TRIPLET, OPEN);
+    // A paraxial pixel: its size times the magnification between the two principal planes.
+    let mut rows = table(TRIPLET);
+    rows[4].aperture_radius = 0.00475;
+    let lens = Lens::new(&rows).focused(2.0).expect("a focus");
+    let points = lens.cardinal_points().expect("a lens that gathers");
+    let pixel = 0.035 / RESOLUTION[0].hypot(RESOLUTION[1]);
+    let expected = pixel * (2.0 - points.scene_side) / points.film_side;
+    for u in [[0.5, 0.5], [0.4, 0.55], [0.5, 0.3]] {
+        for step in [1.0, 0.25] {
+            let at = sample([24.0, 16.0], u);
+            let here = camera.ray(&at).expect("near the axis").ray;
+            let found = camera.differential(&at, step).expect("neighbours");
+            let in_focus = |ray: &tyndall::math::Ray| {
+                let (o, d) = (ray.o.to_f64(), ray.d.to_f64());
+                o + d * ((2.0 - o.z) / d.z)
+            };
+            let right = in_focus(&found.right) - in_focus(&here);
+            let below = in_focus(&found.below) - in_focus(&here);
+            // The film is cut in single precision; a real lens is not quite Gaussian.
+            let tolerance = 0.01 * expected * step + 2e-6;
+            for (offset, direction) in [(right, DVec3::X), (below, -DVec3::Y)] {
+                let error = (offset - direction * (expected * step)).length();
+                assert!(
+                    error < tolerance,
+                    "{u:?}: {offset} is not {}",
+                    expected * step
+                );
+            }
+        }
+    }
+}
+
+#[test]
+fn row_65_a_picture_of_a_uniform_sky_darkens_with_the_pupil() {
+    let scene = format!(
+        "Film \"image\" \"float diagonal\" 43.3 \"integer xresolution\" 48 \"integer yresolution\" 32\n\
+         PixelFilter \"box\" Sampler \"random\" \"integer pixelsamples\" 256\n\
+         Camera \"realistic\" \"string lensfile\" \"lens.dat\" {OPEN}\n\
+         WorldBegin LightSource \"infinite\" WorldEnd"
+    );
+    let read = |_: &str| Some(TRIPLET.as_bytes().to_vec());
+    let compiled = compile_scene(scene, &CompileOptions::default(), read);
+    let rendered = render(&compiled.job, &Unwatched, &AtomicBool::new(false));
+    assert_eq!(rendered.report.bad_samples, 0);
+    let mut rows = table(TRIPLET);
+    rows[4].aperture_radius = 0.00475;
+    let lens = Lens::new(&rows).focused(2.0).expect("a focus");
+    let reference = ExitPupil::new(&lens, 0.02165)
+        .expect("light")
+        .reference_area();
+    let pixel = 0.0433 / RESOLUTION[0].hypot(RESOLUTION[1]);
+    for [x, y] in [[24usize, 16], [2, 3], [40, 28], [47, 0]] {
+        let film = DVec2::new(24.0 - (x as f64 + 0.5), y as f64 + 0.5 - 16.0) * pixel;
+        let expected = pupil_integral(&lens, film) / reference;
+        let found = f64::from(rendered.image.pixel(x, y)[0]);
+        // 256 samples that pass or not.
+        let error = (expected / 256.0).sqrt();
+        assert!(
+            (found - expected).abs() < 4.0 * error + 1e-3,
+            "{x} {y}: {found}, {expected}"
+        );
+    }
 }

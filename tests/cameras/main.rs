@@ -7,6 +7,7 @@ mod scene;
 
 mod blur;
 mod lenses;
+mod loading;
 mod projections;
 
 use tyndall::camera::{Camera, CameraSample};

@@ -227,3 +227,29 @@ fn differentials_are_the_rays_of_the_neighbouring_pixels() {
         }
     }
 }
+
+#[test]
+fn differentials_along_curved_lines_are_extrapolated_from_the_nearest_surroundings() {
+    let camera = camera("Camera \"environment\"");
+    let at = super::sample([13.5, 7.25], [0.5; 2]);
+    let here = ray(&camera, at.raster).d.to_f64();
+    for step in [1.0, 0.25] {
+        let found = camera.differential(&at, step).expect("neighbours");
+        let (theta, phi) = (7.25 / RESOLUTION[1] * PI, 13.5 / RESOLUTION[0] * TAU);
+        let across = DVec3::new(-phi.sin(), 0.0, phi.cos()) * theta.sin();
+        let down = DVec3::new(
+            theta.cos() * phi.cos(),
+            -theta.sin(),
+            theta.cos() * phi.sin(),
+        );
+        for (ray, tangent, angle) in [
+            (found.right, across, TAU / RESOLUTION[0]),
+            (found.below, down, PI / RESOLUTION[1]),
+        ] {
+            let expected = (here + tangent * (angle * step)).normalize();
+            let error = (ray.d.to_f64() - expected).length();
+            // Second differences over a twentieth of a pixel.
+            assert!(error < 0.05 * angle * angle * step, "{error}");
+        }
+    }
+}
