@@ -82,8 +82,10 @@ fn table(
     if rows.len() > MAX_INTERFACES {
         return Err(bad(format!("more than {MAX_INTERFACES} interfaces")));
     }
-    let row = |(k, &[radius, thickness, eta, diameter]): (usize, &[f64; 4])| {
+    let row = |(k, row): (usize, &[f64; 4])| {
         let number = k + 1;
+        // In single precision, as parameters are: the stop of the table and that of the scene compare as written.
+        let [radius, thickness, eta, diameter] = row.map(|x| f64::from(x as f32));
         if ![radius, thickness, eta, diameter]
             .iter()
             .all(|x| x.is_finite())
