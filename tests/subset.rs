@@ -15,9 +15,15 @@ use std::path::Path;
 use pictures::{BLOCK, read_reference, render_seeds};
 use tyndall::compile::CompileOptions;
 
+/// The scene that gave its folder the name.
 #[track_caller]
 fn assert_agrees(name: &str, reference_spp: f64) {
-    let folder = Path::new("assets/pbrt-v3-scenes-subset").join(name);
+    assert_scene_agrees(name, name, "reference.exr", reference_spp);
+}
+
+#[track_caller]
+fn assert_scene_agrees(folder: &str, name: &str, reference: &str, reference_spp: f64) {
+    let folder = Path::new("assets/pbrt-v3-scenes-subset").join(folder);
     let options = CompileOptions {
         quick: true,
         spp: Some(8),
@@ -26,7 +32,7 @@ fn assert_agrees(name: &str, reference_spp: f64) {
     let scene = folder.join(format!("{name}.pbrt"));
     let renders = render_seeds(&scene, 8, &options, None, reference_spp);
     assert!(renders.pictures[0].width() >= 4 * BLOCK);
-    let mut reference = read_reference(&folder.join("reference.exr"));
+    let mut reference = read_reference(&folder.join(reference));
     let found = renders.disagreements(&reference);
     assert!(found.is_empty(), "{name}:\n{}", found.join("\n"));
     // The judge is awake: a picture 2 % darker is another one.
@@ -60,4 +66,12 @@ fn the_foggy_room_looks_as_it_did() {
 #[test]
 fn the_spheres_look_as_they_did() {
     assert_agrees("spheres", 1024.0);
+}
+
+#[test]
+fn every_camera_sees_the_steps_as_it_did() {
+    for name in ["orthographic", "environment", "realistic"] {
+        let reference = format!("{name}-reference.exr");
+        assert_scene_agrees("cameras", name, &reference, 1024.0);
+    }
 }

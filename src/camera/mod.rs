@@ -1,17 +1,49 @@
-//! Cameras: from a point of the film to a ray. Knows no scene and no file.
+//! Cameras: from a point of the film to a ray and its weight. Knows no scene and no file.
 //!
 //! Raster space: x right, y down, the origin is the top left corner of the full frame, one unit is one pixel.
+//! Camera space: +x right, +y up, +z forward, f64; a projection lives there, and only [`Camera`] knows where that is.
 
+pub mod environment;
+pub mod lens;
+pub mod orthographic;
 pub mod perspective;
+pub mod pupil;
+pub mod realistic;
+pub mod screen;
+pub mod thin_lens;
 
-use crate::math::Ray;
+use glam::DVec3;
+
+use crate::math::{Motion, Point3, Ray, Transform, Vec3};
+pub use environment::Environment;
+pub use orthographic::Orthographic;
 pub use perspective::Perspective;
+pub use realistic::Realistic;
+pub use screen::Screen;
+pub use thin_lens::ThinLens;
 
-/// A camera.
+/// Pixels between the rays from which the change along the film is found where it is not the same all over.
+const DIFFERENCE: f64 = 0.05;
+
+/// A camera: a projection at a place, for as long as the shutter is open.
 #[derive(Clone, Debug)]
-pub enum Camera {
-    /// Pinhole or thin lens.
+pub struct Camera {
+    projection: Projection,
+    render_from_camera: Motion,
+    shutter: [f32; 2],
+}
+
+/// From film to rays in camera space.
+#[derive(Clone, Debug)]
+pub enum Projection {
+    /// All rays through one point, or through a thin lens.
     Perspective(Perspective),
+    /// Parallel rays, or what a thin lens makes of them.
+    Orthographic(Orthographic),
+    /// All directions.
+    Environment(Environment),
+    /// What a lens system lets through.
+    Realistic(Box<Realistic>),
 }
 
 /// The numbers a camera turns into a ray.
@@ -25,6 +57,24 @@ pub struct CameraSample {
     pub lens: [f32; 2],
 }
 
+/// A ray in camera space.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct LocalRay {
+    /// Origin.
+    pub o: DVec3,
+    /// Direction, of any length.
+    pub d: DVec3,
+}
+
+/// A ray in render space, and what the radiance along it counts.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct CameraRay {
+    /// The ray.
+    pub ray: Ray,
+    /// Multiplies the radiance; the film does not divide by it.
+    pub weight: f32,
+}
+
 /// The rays through the neighbouring samples, which give the footprint of a pixel.
 #[derive(Clone, Copy, Debug)]
 pub struct RayDifferential {
@@ -35,23 +85,95 @@ pub struct RayDifferential {
 }
 
 impl Camera {
-    /// The ray of a sample.
-    #[inline]
-    pub fn ray(&self, sample: &CameraSample) -> Ray {
-        match self {
-            Self::Perspective(camera) => camera.ray(sample),
+    /// Puts a projection at its place. `render_from_camera` need not keep lengths: rays are normalised. `shutter` is
+    /// when the shutter opens and closes.
+    pub fn new(projection: Projection, render_from_camera: Motion, shutter: [f32; 2]) -> Self {
+        Self {
+            projection,
+            render_from_camera,
+            shutter,
         }
     }
 
-    /// The rays `step` pixels to the right and below.
-    pub fn differential(&self, sample: &CameraSample, step: f64) -> RayDifferential {
-        let shifted = |dx: f64, dy: f64| {
-            let raster = [sample.raster[0] + dx, sample.raster[1] + dy];
-            self.ray(&CameraSample { raster, ..*sample })
+    /// The ray of a sample, or `None` if nothing reaches the film there: such a sample is black.
+    #[inline]
+    pub fn ray(&self, sample: &CameraSample) -> Option<CameraRay> {
+        let (local, weight) = match &self.projection {
+            Projection::Perspective(perspective) => (perspective.ray(sample), 1.0),
+            Projection::Orthographic(orthographic) => (orthographic.ray(sample), 1.0),
+            Projection::Environment(environment) => (environment.ray(sample.raster), 1.0),
+            Projection::Realistic(realistic) => {
+                let (ray, weight) = realistic.ray(sample)?;
+                (ray, weight as f32)
+            }
         };
-        RayDifferential {
-            right: shifted(step, 0.0),
-            below: shifted(0.0, step),
-        }
+        let time = self.time(sample);
+        let ray = into_render_space(&self.placed_at(time), local, time);
+        Some(CameraRay { ray, weight })
+    }
+
+    /// The rays `step` pixels to the right and below, through the same point of the lens. Where lines of the film
+    /// are no lines of the scene, they are extrapolated from the sample's nearest surroundings. `None` if the lens
+    /// blocks those.
+    pub fn differential(&self, sample: &CameraSample, step: f64) -> Option<RayDifferential> {
+        let local = |axis: usize| {
+            let shifted = |by: f64| {
+                let mut raster = sample.raster;
+                raster[axis] += by;
+                CameraSample { raster, ..*sample }
+            };
+            match &self.projection {
+                Projection::Perspective(perspective) => Some(perspective.ray(&shifted(step))),
+                Projection::Orthographic(orthographic) => Some(orthographic.ray(&shifted(step))),
+                Projection::Environment(environment) => {
+                    extrapolated(step, |by| Some(environment.ray(shifted(by).raster)))
+                }
+                Projection::Realistic(realistic) => {
+                    extrapolated(step, |by| realistic.shifted_ray(sample, shifted(by).raster))
+                }
+            }
+        };
+        let [right, below] = [local(0)?, local(1)?];
+        let time = self.time(sample);
+        let render_from_camera = self.placed_at(time);
+        Some(RayDifferential {
+            right: into_render_space(&render_from_camera, right, time),
+            below: into_render_space(&render_from_camera, below, time),
+        })
+    }
+
+    fn time(&self, sample: &CameraSample) -> f32 {
+        let [open, close] = self.shutter;
+        open + (close - open) * sample.time
+    }
+
+    /// Where the camera is. A motion that is singular for a moment shows what it shows at its start.
+    #[inline]
+    fn placed_at(&self, time: f32) -> Transform {
+        let moved = self.render_from_camera.at(time);
+        let placed = moved.or_else(|| self.render_from_camera.at(f32::NEG_INFINITY));
+        placed.unwrap_or(Transform::IDENTITY)
+    }
+}
+
+/// The ray `step` pixels on, from one `DIFFERENCE` on or, if there is none, back.
+fn extrapolated(step: f64, ray: impl Fn(f64) -> Option<LocalRay>) -> Option<LocalRay> {
+    let here = ray(0.0)?;
+    let from = |by: f64| {
+        let there = ray(by)?;
+        Some(LocalRay {
+            o: here.o + (there.o - here.o) * (step / by),
+            d: here.d + (there.d - here.d) * (step / by),
+        })
+    };
+    from(DIFFERENCE).or_else(|| from(-DIFFERENCE))
+}
+
+#[inline]
+fn into_render_space(render_from_camera: &Transform, local: LocalRay, time: f32) -> Ray {
+    Ray {
+        o: Point3::from_f64(render_from_camera.point(local.o)),
+        d: Vec3::from_f64(render_from_camera.vector(local.d).normalize()),
+        time,
     }
 }

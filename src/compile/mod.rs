@@ -4,7 +4,9 @@
 //! lights they lead to. What nothing leads to is neither opened nor decoded nor built.
 
 mod assets;
+mod camera;
 mod geometry;
+mod lens;
 mod lights;
 mod materials;
 mod media;
@@ -90,7 +92,7 @@ fn build(
     let samples = options::samples(frame, options, diagnostics);
     let integrator = options::integrator(frame, diagnostics);
     options::accelerator(frame, diagnostics);
-    let camera = options::camera(frame, film.as_ref(), diagnostics);
+    let camera = camera::camera(frame, film.as_ref(), assets, diagnostics);
 
     let loaded = geometry::load(frame, assets, diagnostics);
     let n_objects_skipped = loaded.n_objects_skipped();

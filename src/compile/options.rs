@@ -1,20 +1,14 @@
-//! The options block: film, filter, samples, integrator, camera.
+//! The options block: film, filter, samples, integrator. The camera has a file of its own.
 
-use glam::DVec3;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
-use crate::camera::perspective::PerspectiveDesc;
-use crate::camera::{Camera, Perspective};
-use crate::compile::placement::{Placement, placement};
 use crate::compile::reader::ParamReader;
-use crate::compile::space::RenderSpace;
 use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
 use crate::integrator::{Integrator, Path};
-use crate::math::{Motion, MotionChain, Transform};
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
@@ -27,6 +21,8 @@ const MAX_FILTER_RADIUS: f64 = 256.0;
 
 pub(super) struct FilmOptions {
     pub(super) desc: FilmDesc,
+    /// Size of the sensor in mm.
+    pub(super) diagonal: f64,
     pub(super) filename: String,
     pub(super) frame: PixelRect,
 }
@@ -59,6 +55,7 @@ pub(super) fn film(
         .optional_float("maxsampleluminance")
         .unwrap_or(f32::INFINITY);
     let filename = p.string("filename");
+    let diagonal = f64::from(p.float("diagonal"));
     let (window_span, resolution_span) = (p.span("cropwindow"), p.span("xresolution"));
     p.finish();
     let n_pixels = crop.width.saturating_mul(crop.height);
@@ -88,6 +85,7 @@ pub(super) fn film(
     let frame = PixelRect::from_size(resolution[0] as usize, resolution[1] as usize);
     Some(FilmOptions {
         desc,
+        diagonal,
         filename,
         frame,
     })
@@ -264,102 +262,4 @@ pub(super) fn accelerator(frame: &Frame, diagnostics: &mut Diagnostics) {
     ) {
         ParamReader::new(plugin, entity, diagnostics).finish();
     }
-}
-
-/// A camera that waits for its place in render space.
-pub(super) struct CameraOptions {
-    world_from_camera: Placement,
-    desc: PerspectiveDesc,
-}
-
-impl CameraOptions {
-    /// Where the camera stands in world space.
-    pub(super) fn position(&self) -> DVec3 {
-        self.world_from_camera.ends()[0].point(DVec3::ZERO)
-    }
-
-    /// Times in which rays exist.
-    pub(super) fn shutter(&self) -> [f64; 2] {
-        self.desc.shutter.map(f64::from)
-    }
-
-    pub(super) fn place(mut self, space: &RenderSpace) -> Camera {
-        self.desc.render_from_camera = match self.world_from_camera {
-            Placement::Still(transform) => Motion::Still(space.place(&transform)),
-            Placement::Moving(moving) => Motion::Moving(Box::new(MotionChain {
-                outer: space.place(&Transform::IDENTITY),
-                links: vec![*moving],
-                inner: Transform::IDENTITY,
-            })),
-        };
-        Camera::Perspective(Perspective::new(self.desc))
-    }
-}
-
-pub(super) fn camera(
-    frame: &Frame,
-    film: Option<&FilmOptions>,
-    diagnostics: &mut Diagnostics,
-) -> Option<CameraOptions> {
-    let entity = &frame.camera.entity;
-    let plugin = lookup(
-        Family::Camera,
-        &entity.kind,
-        "nothing is rendered",
-        diagnostics,
-    )?;
-    if plugin.schema.name != "perspective" {
-        let what = format!("the camera \"{}\"", plugin.schema.name);
-        diagnostics.push(unsupported(&what, entity.kind.span, "nothing is rendered"));
-        return None;
-    }
-    let pair = frame.camera.world_from_camera;
-    let world_from_camera = placement(pair, frame.transform_times, entity.span, diagnostics)?;
-    let mut p = ParamReader::new(plugin, entity, diagnostics);
-    let resolution = film.map_or([1, 1], |film| film.desc.resolution);
-    let aspect = p
-        .optional_float("frameaspectratio")
-        .map_or(resolution[0] as f64 / resolution[1] as f64, f64::from);
-    let screen_window = p.floats::<4>("screenwindow").map_or_else(
-        || {
-            if aspect > 1.0 {
-                [-aspect, aspect, -1.0, 1.0]
-            } else {
-                [-1.0, 1.0, -1.0 / aspect, 1.0 / aspect]
-            }
-        },
-        |window| window.map(f64::from),
-    );
-    let half_fov = p.optional_float("halffov").filter(|half| *half > 0.0);
-    let fov = half_fov.map_or_else(|| p.float("fov") as f64, |half| 2.0 * half as f64);
-    let mut shutter = [p.float("shutteropen"), p.float("shutterclose")];
-    if shutter[0] > shutter[1] {
-        let span = p.span("shutterclose");
-        let message = "the shutter closes before it opens: the times are swapped";
-        p.report(Diagnostic::warning("swapped-shutter", span, message));
-        shutter.swap(0, 1);
-    }
-    let desc = PerspectiveDesc {
-        render_from_camera: Motion::Still(Transform::IDENTITY),
-        resolution,
-        screen_window,
-        fov: fov.to_radians(),
-        lens_radius: p.float("lensradius") as f64,
-        focal_distance: p.float("focaldistance") as f64,
-        shutter,
-    };
-    let fov_span = p.span("fov");
-    p.finish();
-    if !(fov > 0.0 && fov < 180.0) {
-        let message = format!("a field of view of {fov} degrees cannot be drawn");
-        diagnostics.push(
-            Diagnostic::fatal("bad-camera", fov_span, message)
-                .with_help("it must be between 0 and 180 degrees"),
-        );
-        return None;
-    }
-    Some(CameraOptions {
-        world_from_camera,
-        desc,
-    })
 }

@@ -3,7 +3,7 @@
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Spanned;
 
-use crate::compile::assets::Assets;
+use crate::compile::assets::{Assets, read_numbers};
 use crate::compile::reader::SpectrumValue;
 use crate::spectrum::sampled::SampledSpectrum;
 use crate::spectrum::{Rgb, blackbody, float_file, xyz};
@@ -37,18 +37,9 @@ pub(super) fn to_rgb(
         }
         SpectrumValue::File(path) => {
             let path = Spanned::new(path.clone(), value.span);
-            let bytes = match assets.read(&path) {
-                Ok(bytes) => bytes,
-                Err(error) => {
-                    return fail(
-                        "missing-file",
-                        format!("cannot read \"{}\": {error}", path.value),
-                    );
-                }
-            };
-            let file = match float_file::read((*bytes).as_ref()) {
+            let file = match read_numbers(&path, assets) {
                 Ok(file) => file,
-                Err(error) => return fail("bad-spectrum", format!("{}: {error}", path.value)),
+                Err((code, message)) => return fail(code, message),
             };
             let (samples, dangling) = float_file::pairs(&file.values);
             let rgb = match SampledSpectrum::new(samples) {

@@ -6,11 +6,12 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::camera::{Camera, CameraSample};
+use crate::camera::{Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
 use crate::integrator::{Counters, Integrator};
 use crate::sampler::Sampler;
+use crate::spectrum::Rgb;
 use crate::world::World;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
@@ -277,7 +278,11 @@ fn render_sample(
         time: sampler.get_1d(),
         lens: sampler.get_2d(),
     };
-    let ray = job.camera.ray(&camera_sample);
+    let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
+        // Nothing passes the lens here: black, and as much a sample as any other.
+        film.add_sample(&job.film, camera_sample.raster, Rgb::BLACK, 1.0);
+        return true;
+    };
     let differential = job.world.facts().needs_footprint.then(|| {
         // The footprint shrinks with the number of samples, as in pbrt-v3.
         job.camera
@@ -286,13 +291,13 @@ fn render_sample(
     let radiance = job.integrator.li(
         &job.world,
         ray,
-        differential.as_ref(),
+        differential.flatten().as_ref(),
         &mut sampler,
         counters,
     );
     let is_good = radiance.is_finite() && radiance.luminance() >= 0.0;
     if is_good {
-        film.add_sample(&job.film, camera_sample.raster, radiance, 1.0);
+        film.add_sample(&job.film, camera_sample.raster, radiance, weight);
     }
     is_good
 }

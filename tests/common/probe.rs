@@ -47,8 +47,8 @@ impl Probe {
             time: 0.0,
             lens: [0.5, 0.5],
         };
-        let ray = self.job.camera.ray(&axis);
-        let differential = self.job.camera.differential(&axis, 1.0);
+        let ray = self.job.camera.ray(&axis).expect("a pinhole").ray;
+        let differential = self.job.camera.differential(&axis, 1.0).expect("a pinhole");
         let samples = (0..n)
             .map(|seed| {
                 let mut sampler = Sampler::new(seed.into(), [0, 0], 0);

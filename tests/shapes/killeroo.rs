@@ -58,11 +58,12 @@ fn two_killeroos_stand_in_their_corner() {
     let job = compiled.expect("a picture").job;
     let (mut n_animal, mut n_wall, n) = (0, 0, 233);
     for (x, y) in (0..n * n).map(|k| (k % n, k / n)) {
-        let ray = job.camera.ray(&CameraSample {
+        let sample = CameraSample {
             raster: [f64::from(x) + 0.5, f64::from(y) + 0.5],
             time: 0.0,
             lens: [0.5, 0.5],
-        });
+        };
+        let ray = job.camera.ray(&sample).expect("a pinhole").ray;
         let Some(hit) = job.world.closest(&ray, f32::INFINITY) else {
             continue;
         };

@@ -6,6 +6,7 @@ use tyndall::camera::CameraSample;
 use tyndall::compile::{CompileOptions, Compiled, NoAssets, compile};
 use tyndall::describe::describe;
 use tyndall::math::{Normal3, Vec3};
+use tyndall::render::Job;
 use tyndall::shape::SurfacePoint;
 use tyndall::world::Receiver;
 use tyndall_parser::diagnostic::Style;
@@ -53,7 +54,8 @@ fn seen(eye: [f64; 3], world: &str) -> Option<(SurfacePoint, bool)> {
         time: 0.0,
         lens: [0.5, 0.5],
     };
-    let (world, ray) = (&compiled.job.world, compiled.job.camera.ray(&middle));
+    let Job { world, camera, .. } = &compiled.job;
+    let ray = camera.ray(&middle).expect("a pinhole").ray;
     let hit = world.closest(&ray, f32::INFINITY)?;
     let surface = world.surface(&ray, &hit);
     let faces = surface.ng.dot(ray.d) < 0.0;
