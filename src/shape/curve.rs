@@ -8,7 +8,7 @@
 //! | `point3 P` | | control points of any number of segments |
 //! | `float width`, `width0`, `width1` | 1 | diameter, and at both ends of the whole curve |
 //! | `normal N` | | of a ribbon, at both ends of each segment |
-//! | `integer splitdepth` | 3 | changes no picture: curves are cut where it makes their boxes smaller |
+//! | `integer splitdepth` | 3 | segments are halved so often at least |
 //!
 //! The model is pbrt-v3's (pbrt 3rd ed., section 3.7): a curve is met where the ray passes its centre line within half
 //! the width, in the plane across the ray; (u, v) run along a segment and across it; ∂p/∂v is across the ray (`flat`),
@@ -53,6 +53,8 @@ pub struct CurveSource {
     pub segments: Vec<[DVec3; 4]>,
     /// Widths at the start of the first segment and the end of the last; linear in between.
     pub widths: [f64; 2],
+    /// Halvings of each segment that are made in any case, at most [`MAX_SPLIT_DEPTH`].
+    pub split_depth: u32,
     /// One normal for each end of a segment, `segments.len() + 1` of them, for a ribbon; else nothing.
     pub normals: Vec<DVec3>,
 }
@@ -91,6 +93,8 @@ pub struct Curves {
     style: CurveStyle,
     segments: Box<[Segment]>,
     pieces: Box<[Piece]>,
+    /// How often pbrt-v3 halves a segment before it looks how bent the parts are.
+    split_depth: u32,
     /// Unit normals at the ends of segments of a ribbon, in curve space.
     normals: Box<[[f32; 3]]>,
     /// Where curve space is not render space.
@@ -101,13 +105,15 @@ pub struct Curves {
     flip_normal: bool,
 }
 
+/// Largest [`CurveSource::split_depth`].
+pub const MAX_SPLIT_DEPTH: u32 = 10;
 /// Most halvings of a segment into pieces.
-const MAX_SPLITS: u32 = 3;
+const MAX_PIECE_DEPTH: u32 = 3;
 /// Halving is worth it if the halves' boxes together have less than this part of the surface.
 const WORTHWHILE: f32 = 0.75;
-/// Most halvings of a piece while it is intersected.
+/// Most halvings of a part because it is bent.
 const MAX_DEPTH: u32 = 10;
-/// A piece is halved until it is straight to this part of its width.
+/// A part is halved until it is straight to this part of its width.
 const STRAIGHTNESS: f32 = 0.05;
 
 /// A cubic Bézier segment in f32.
@@ -173,16 +179,16 @@ impl Segment {
     }
 
     /// Adds the pieces of the part `node` of the segment, cut where that makes boxes smaller.
-    fn cut(&self, segment: u32, node: u8, c: &Cubic, out: &mut Vec<Piece>) {
+    fn cut(&self, segment: u32, node: u8, c: &Cubic, max_depth: u32, out: &mut Vec<Piece>) {
         let [u0, u1] = range_of(node);
         let parts = halves(c);
         let [first, second] = [0, 1].map(|k| 2 * node + k as u8);
-        if node < 1 << MAX_SPLITS {
+        if node.ilog2() < max_depth {
             let area = |c: &Cubic, range: [f32; 2]| bounds_of(c, self.widest(range)).half_area();
             let apart = area(&parts[0], range_of(first)) + area(&parts[1], range_of(second));
             if apart < WORTHWHILE * area(c, [u0, u1]) {
-                self.cut(segment, first, &parts[0], out);
-                self.cut(segment, second, &parts[1], out);
+                self.cut(segment, first, &parts[0], max_depth, out);
+                self.cut(segment, second, &parts[1], max_depth, out);
                 return;
             }
         }
@@ -228,14 +234,38 @@ impl Crossing<'_> {
             || hi.z + reach < 0.0
     }
 
-    fn descend(&mut self, c: &Cubic, [u0, u1]: [f32; 2], depth: u32) {
-        if depth == 0 {
-            return self.meet(c, [u0, u1]);
+    /// Halves a part of a segment `splits` times, then as often as it is bent.
+    fn split(&mut self, c: &Cubic, range: [f32; 2], splits: u32) {
+        if splits == 0 {
+            let depth = depth_for(c, self.segment);
+            return self.descend(c, range, depth);
         }
+        self.halve(c, range, |crossing, half, range| {
+            crossing.split(half, range, splits - 1);
+        });
+    }
+
+    fn descend(&mut self, c: &Cubic, range: [f32; 2], depth: u32) {
+        if depth == 0 {
+            return self.meet(c, range);
+        }
+        self.halve(c, range, |crossing, half, range| {
+            crossing.descend(half, range, depth - 1);
+        });
+    }
+
+    /// Looks at the halves that the ray may meet.
+    #[inline]
+    fn halve(
+        &mut self,
+        c: &Cubic,
+        [u0, u1]: [f32; 2],
+        mut look: impl FnMut(&mut Self, &Cubic, [f32; 2]),
+    ) {
         let middle = 0.5 * (u0 + u1);
         for (half, range) in halves(c).iter().zip([[u0, middle], [middle, u1]]) {
             if !self.is_beside(half, self.segment.widest(range)) {
-                self.descend(half, range, depth - 1);
+                look(self, half, range);
             }
         }
     }
@@ -333,15 +363,18 @@ impl Curves {
                 widths: [width(k), width(k + 1)],
             })
             .collect();
+        let split_depth = source.split_depth.min(MAX_SPLIT_DEPTH);
         let mut pieces = Vec::with_capacity(n_segments);
         for (k, segment) in segments.iter().enumerate() {
-            segment.cut(k as u32, 1, &segment.cubic(), &mut pieces);
+            let max_depth = split_depth.min(MAX_PIECE_DEPTH);
+            segment.cut(k as u32, 1, &segment.cubic(), max_depth, &mut pieces);
         }
         let normal = |n: &DVec3| curve_from_object.normal(*n).normalize_or_zero();
         Self {
             style: source.style,
             segments,
             pieces: pieces.into(),
+            split_depth,
             normals: source
                 .normals
                 .iter()
@@ -363,17 +396,11 @@ impl Curves {
         self.style
     }
 
+    /// The segment of a piece, its node there, and its control points relative to `origin`.
     #[inline]
-    fn segment_of(&self, element: u32) -> (&Segment, [f32; 2], u8) {
-        let piece = self.pieces[element as usize];
-        let segment = &self.segments[piece.segment as usize];
-        (segment, range_of(piece.node), piece.node)
-    }
-
-    /// Control points of a piece relative to `origin`, and its range.
-    #[inline]
-    fn piece(&self, element: u32, origin: Vec3A) -> (&Segment, [f32; 2], Cubic) {
-        let (segment, range, node) = self.segment_of(element);
+    fn piece(&self, element: u32, origin: Vec3A) -> (&Segment, u8, Cubic) {
+        let Piece { segment, node } = self.pieces[element as usize];
+        let segment = &self.segments[segment as usize];
         let mut c = segment.cubic().map(|p| p - origin);
         for level in (0..node.ilog2()).rev() {
             let [first, second] = halves(&c);
@@ -383,13 +410,13 @@ impl Curves {
                 second
             };
         }
-        (segment, range, c)
+        (segment, node, c)
     }
 
     /// Box around a piece; empty if it has no width or no length.
     pub fn bounds(&self, element: u32) -> Bounds3 {
-        let (segment, range, c) = self.piece(element, Vec3A::ZERO);
-        let bounds = bounds_of(&c, segment.widest(range));
+        let (segment, node, c) = self.piece(element, Vec3A::ZERO);
+        let bounds = bounds_of(&c, segment.widest(range_of(node)));
         match &self.render_from_curve {
             Some(transform) if !bounds.is_empty() => {
                 let corners = corners_of([bounds.min.to_f64(), bounds.max.to_f64()])
@@ -407,7 +434,8 @@ impl Curves {
     /// Area of a piece spread flat; approximate where the transform stretches.
     pub fn area(&self, element: u32) -> f64 {
         const N: usize = 16;
-        let (segment, [u0, u1], c) = self.piece(element, Vec3A::ZERO);
+        let (segment, node, c) = self.piece(element, Vec3A::ZERO);
+        let [u0, u1] = range_of(node);
         let [a, b, c, d] = wide(&c);
         let stretch = |v: DVec3| match &self.render_from_curve {
             Some(t) => t.vector(v).length() * t.determinant().abs().cbrt(),
@@ -448,7 +476,8 @@ impl Curves {
     }
 
     fn meet(&self, element: u32, o: Vec3A, d: Vec3A, t_max: f32) -> Option<ElementHit> {
-        let (segment, range, c) = self.piece(element, o);
+        let (segment, node, c) = self.piece(element, o);
+        let (range, level) = (range_of(node), node.ilog2());
         let length = d.length();
         let z = d / length;
         // The y axis is across the chord: most rays that miss are told by it alone.
@@ -476,7 +505,7 @@ impl Curves {
         if crossing.is_beside(&c, width) {
             return None;
         }
-        crossing.descend(&c, range, depth_for(&c, segment));
+        crossing.split(&c, range, self.split_depth - level);
         let Nearest { z, uv } = crossing.nearest?;
         let t = z / length;
         (t > 0.0 && t < t_max).then_some(ElementHit { t, barycentric: uv })
@@ -509,7 +538,7 @@ impl Curves {
         hit: &ElementHit,
     ) -> SurfacePoint {
         let [u, v] = hit.barycentric;
-        let (segment, ..) = self.segment_of(element);
+        let segment = &self.segments[self.pieces[element as usize].segment as usize];
         let (_, dpdu) = evaluate(&segment.cubic(), u);
         let dpdu = dpdu.as_dvec3();
         let d_unit = d.as_dvec3().normalize();
@@ -597,8 +626,9 @@ impl Curves {
             Some(transform) => transform.inverse().point(from.to_f64()).as_vec3a(),
             None => from.0,
         };
-        let (segment, range, c) = self.piece(element, o);
-        let window = Window::around(wide(&c), 0.5 * f64::from(segment.widest(range)))?;
+        let (segment, node, c) = self.piece(element, o);
+        let width = f64::from(segment.widest(range_of(node)));
+        let window = Window::around(wide(&c), 0.5 * width)?;
         Some((o, window))
     }
 
@@ -613,15 +643,18 @@ impl Curves {
     }
 }
 
-/// Halvings after which a piece is straight (pbrt 3rd ed., section 3.7.4: a bound by second differences).
+/// Halvings after which a part of a segment counts as straight, as many as pbrt-v3 makes (pbrt 3rd ed., section 3.7:
+/// a bound by second differences). How many they are shows in (u, v).
 fn depth_for(c: &Cubic, segment: &Segment) -> u32 {
     let bend = |a: Vec3A, b: Vec3A, c: Vec3A| (a - 2.0 * b + c).abs().max_element();
     let bend = bend(c[0], c[1], c[2]).max(bend(c[1], c[2], c[3]));
     let tolerance = STRAIGHTNESS * segment.widths[0].max(segment.widths[1]);
     let ratio = std::f32::consts::SQRT_2 * 6.0 / 8.0 * bend / tolerance;
-    if ratio > 1.0 {
-        ((0.5 * ratio.log2()) as u32).min(MAX_DEPTH)
-    } else {
-        0
+    if !(ratio >= 1.0) {
+        return 0;
     }
+    // The binary logarithm, rounded up from 1.5 times a power of two.
+    let bits = ratio.to_bits();
+    let log2 = (bits >> 23) - 127 + (bits >> 22 & 1);
+    (log2 / 2).min(MAX_DEPTH)
 }

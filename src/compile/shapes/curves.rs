@@ -5,7 +5,7 @@ use tyndall_parser::diagnostic::Diagnostic;
 
 use super::INSTEAD;
 use crate::compile::reader::ParamReader;
-use crate::shape::curve::{CurveSource, CurveStyle, spline};
+use crate::shape::curve::{CurveSource, CurveStyle, MAX_SPLIT_DEPTH, spline};
 
 pub(super) fn curve(p: &mut ParamReader) -> Option<CurveSource> {
     let width = p.float("width");
@@ -15,7 +15,7 @@ pub(super) fn curve(p: &mut ParamReader) -> Option<CurveSource> {
         "ribbon" => CurveStyle::Ribbon,
         _ => CurveStyle::Cylinder,
     };
-    p.int("splitdepth"); // Checked, and of no further use: see the manual.
+    let split_depth = p.int("splitdepth").clamp(0, MAX_SPLIT_DEPTH as i32) as u32;
     let (basis, degree) = (p.strict_choice("basis"), p.int_choice("degree"));
     let (points_span, normals_span) = (p.span("P"), p.span("N"));
     let points = p.take_point3s("P");
@@ -71,7 +71,11 @@ pub(super) fn curve(p: &mut ParamReader) -> Option<CurveSource> {
         CurveStyle::Flat | CurveStyle::Cylinder => {
             if !normals.is_empty() {
                 let message = "only ribbons have normals";
-                p.report(Diagnostic::warning("no-effect", normals_span, message));
+                p.report(Diagnostic::warning(
+                    "unused-parameter",
+                    normals_span,
+                    message,
+                ));
             }
             Vec::new()
         }
@@ -80,6 +84,7 @@ pub(super) fn curve(p: &mut ParamReader) -> Option<CurveSource> {
         style,
         segments,
         widths,
+        split_depth,
         normals,
     })
 }
