@@ -290,7 +290,7 @@ impl Crossing<'_> {
         }
         let (center, derivative) = evaluate(c, w);
         let distance = center.truncate().length();
-        if !(distance <= 0.5 * width) || !(center.z > 0.0 && center.z < self.z_max) {
+        if !(distance <= 0.5 * width && center.z > 0.0 && center.z < self.z_max) {
             return;
         }
         // On which side of the centre line.
@@ -604,6 +604,7 @@ impl Curves {
             p_err: at.p_err,
             ng: at.ng,
             pdf_w,
+            barycentric: hit.barycentric,
         })
     }
 

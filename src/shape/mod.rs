@@ -106,6 +106,8 @@ pub struct ShapeSample {
     pub ng: Normal3,
     /// Density in sr⁻¹ at the receiver, positive and finite.
     pub pdf_w: f32,
+    /// As in [`ElementHit::barycentric`].
+    pub barycentric: [f32; 2],
 }
 
 impl Shape {

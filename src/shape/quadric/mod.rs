@@ -276,6 +276,7 @@ impl Quadric {
                 p_err,
                 ng,
                 pdf_w: cone.pdf_w() as f32,
+                barycentric: [0.0; 2],
             });
         }
         let (p_object, n_object) = self.form.sample_area(u);
@@ -288,6 +289,7 @@ impl Quadric {
             p_err,
             ng,
             pdf_w,
+            barycentric: [0.0; 2],
         })
     }
 
