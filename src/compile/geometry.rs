@@ -13,8 +13,8 @@ use crate::compile::assets::Assets;
 use crate::compile::materials::MaterialBuilder;
 use crate::compile::media::Media;
 use crate::compile::placement::{Placement, placement};
-use crate::compile::reader::ParamReader;
-use crate::compile::shapes::{Local, read_shape};
+use crate::compile::reader::{ParamReader, Textured};
+use crate::compile::shapes::{Local, Mask, Masks, ReadShape, read_shape};
 use crate::compile::space::{RenderSpace, WorldBounds};
 use crate::compile::textures::TextureBuilder;
 use crate::compile::{lights, lookup};
@@ -24,13 +24,16 @@ use crate::describe::description::{
 use crate::ids::{GeometryId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{AreaLight, Light};
 use crate::math::{AnimatedTransform, Motion, MotionChain, Transform};
-use crate::shape::{Mesh, Quadric, Shape};
+use crate::shape::curve::CurveStyle;
+use crate::shape::{Curves, Mesh, Quadric, Shape};
 use crate::spectrum::Rgb;
-use crate::world::{Geometry, Instance, MediumInterface, WorldParts};
+use crate::texture::FloatSource;
+use crate::world::{Cutout, Geometry, Instance, MediumInterface, WorldParts};
 
 /// A shape that was read, with the state it was made under.
 struct LocalShape {
     local: Local,
+    masks: Masks,
     world_from_object: Placement,
     entity: ShapeEntity,
 }
@@ -60,6 +63,7 @@ struct Surface {
     media: Option<MediumInterface>,
     /// Radiance, and whether both sides emit.
     emission: Option<(Rgb, bool)>,
+    cutout: Cutout,
 }
 
 /// The arenas' builders.
@@ -131,12 +135,13 @@ fn read_all(
             let overridden = entity.private_material.as_ref().and_then(|_| {
                 Family::Material.find(&materials[entity.material.0 as usize].entity.kind.value)
             });
-            let local = read_shape(&mut entity, overridden, assets, &mut diagnostics);
-            let shape = local.and_then(|local| {
+            let read = read_shape(&mut entity, overridden, assets, &mut diagnostics);
+            let shape = read.and_then(|ReadShape { local, masks }| {
                 let (pair, span) = (entity.world_from_object, entity.entity.span);
                 let world_from_object = placement(pair, times, span, &mut diagnostics)?;
                 Some(LocalShape {
                     local,
+                    masks,
                     world_from_object,
                     entity,
                 })
@@ -172,6 +177,9 @@ impl LocalShape {
                 .positions
                 .iter()
                 .for_each(|p| bounds.add(transform.point(DVec3::from(p.map(f64::from))))),
+            Local::Curves(source) => source
+                .corners()
+                .for_each(|p| bounds.add(transform.point(p))),
             Local::Form(form) => form
                 .corners()
                 .iter()
@@ -238,7 +246,7 @@ impl Loaded {
         // One look at each `AreaLightSource`, however many shapes emit by it.
         let mut area_lights = vec![None; frame.area_lights.len()];
         let mut surface = |shape: &LocalShape, diagnostics: &mut Diagnostics| {
-            let surface = builders.surface(&shape.entity, frame, &mut area_lights, diagnostics);
+            let surface = builders.surface(shape, frame, &mut area_lights, diagnostics);
             if surface.emission.is_some() {
                 warn_of_bias(shape, &surface, diagnostics);
             }
@@ -457,6 +465,7 @@ fn add(
         shape,
         material: surface.material,
         media: surface.media,
+        cutout: surface.cutout,
         first_light,
         object: ObjectId::NONE,
     });
@@ -465,11 +474,12 @@ fn add(
 impl Builders<'_> {
     fn surface(
         &mut self,
-        entity: &ShapeEntity,
+        shape: &LocalShape,
         frame: &Frame,
         area_lights: &mut [Option<Option<(Rgb, bool)>>],
         diagnostics: &mut Diagnostics,
     ) -> Surface {
+        let entity = &shape.entity;
         let material = self.materials.id(entity, &mut self.textures, diagnostics);
         let mut side = |medium: Option<_>| {
             medium.map_or(MediumId::NONE, |medium| self.media.id(medium, diagnostics))
@@ -478,17 +488,40 @@ impl Builders<'_> {
             inside: side(entity.media.inside),
             outside: side(entity.media.outside),
         });
-        let emission = entity.area_light.and_then(|AreaLightRef(index)| {
+        let mut emission = entity.area_light.and_then(|AreaLightRef(index)| {
             let index = index as usize;
             *area_lights[index].get_or_insert_with(|| {
                 area_light(&frame.area_lights[index], self.assets, diagnostics)
             })
         });
+        // What turns to whoever looks at it has no back.
+        if let (Some((_, two_sided)), Local::Curves(source)) = (&mut emission, &shape.local) {
+            *two_sided |= source.style != CurveStyle::Ribbon;
+        }
         Surface {
             material,
             media,
             emission,
+            cutout: Cutout {
+                alpha: self.mask(shape.masks.alpha, diagnostics),
+                shadow_alpha: self.mask(shape.masks.shadow_alpha, diagnostics),
+            },
         }
+    }
+
+    /// A mask, unless it is nowhere 0.
+    fn mask(&mut self, mask: Mask, diagnostics: &mut Diagnostics) -> Option<FloatSource> {
+        const OPAQUE: f32 = 1.0;
+        let source = match mask {
+            Mask::None => return None,
+            Mask::Everywhere => FloatSource::Constant(0.0),
+            Mask::Texture(texture) => {
+                let texture = Textured::Texture(texture);
+                self.textures.float_source(texture, OPAQUE, diagnostics)
+            }
+        };
+        Some(source)
+            .filter(|source| !matches!(source, FloatSource::Constant(alpha) if *alpha != 0.0))
     }
 }
 
@@ -528,6 +561,7 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
     };
     match &shape.local {
         // What cannot be sampled in pbrt-v3 ends its run.
+        Local::Curves(_) => {}
         Local::Form(_) if !["sphere", "disk", "cylinder"].contains(&kind) => {}
         Local::Form(form) => {
             let scale = world_from_object.uniform_scale(UNSCALED);
@@ -564,6 +598,9 @@ fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diag
     let what = match shape {
         Shape::Mesh(_) => format!("{n_empty} of {n} triangles have no area and are left out"),
         Shape::Quadric(_) => "the shape has no area and is left out".to_owned(),
+        Shape::Curves(_) => {
+            format!("{n_empty} of {n} parts of the curve have no area and are left out")
+        }
     };
     diagnostics.push(Diagnostic::warning("no-area", entity.entity.span, what));
 }
@@ -582,6 +619,10 @@ fn placed(
         Local::Form(form) => {
             let flip_normal = entity.reverse_orientation != definition_mirrors;
             Shape::Quadric(Quadric::new(form, *transform, flip_normal))
+        }
+        Local::Curves(source) => {
+            let flip_normal = entity.reverse_orientation != definition_mirrors;
+            Shape::Curves(Curves::new(&source, transform, flip_normal))
         }
         Local::Mesh(mut mesh) => {
             move_vertices(&mut mesh, transform);

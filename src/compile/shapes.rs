@@ -8,11 +8,13 @@ use tyndall_parser::source::Span;
 use crate::compile::assets::Assets;
 use crate::compile::reader::{ParamReader, Textured};
 use crate::compile::{lookup, unsupported};
-use crate::describe::description::ShapeEntity;
+use crate::describe::description::{ShapeEntity, TextureRef};
 use crate::shape::Mesh;
+use crate::shape::curve::CurveSource;
 use crate::shape::ply::{self, PlyMesh};
 use crate::shape::quadric::{Disk, Form, Paraboloid, Sphere, cone, cylinder, hyperboloid};
 
+mod curves;
 mod surfaces;
 
 const INSTEAD: &str = "the shape is left out";
@@ -23,6 +25,35 @@ pub(super) enum Local {
     /// Vertices in object space; normals and tangents of any length.
     Mesh(Mesh),
     Form(Form),
+    Curves(CurveSource),
+}
+
+/// A shape that was read.
+pub(super) struct ReadShape {
+    pub(super) local: Local,
+    pub(super) masks: Masks,
+}
+
+/// The holes of a mesh, as written.
+#[derive(Clone, Copy)]
+pub(super) struct Masks {
+    pub(super) alpha: Mask,
+    pub(super) shadow_alpha: Mask,
+}
+
+impl Masks {
+    const NONE: Self = Self {
+        alpha: Mask::None,
+        shadow_alpha: Mask::None,
+    };
+}
+
+/// Where something is 0, and so is not there.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Mask {
+    None,
+    Everywhere,
+    Texture(TextureRef),
 }
 
 /// Reads a shape; `overridden` is its material's plugin where its list may hold parameters for it.
@@ -31,11 +62,12 @@ pub(super) fn read_shape(
     overridden: Option<PluginRef>,
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
-) -> Option<Local> {
+) -> Option<ReadShape> {
     let plugin = lookup(Family::Shape, &shape.entity.kind, INSTEAD, diagnostics)?;
     let kind_span = shape.entity.kind.span;
     let entity = &mut shape.entity;
     let mut p = ParamReader::taking(plugin, entity, diagnostics);
+    let mut masks = Masks::NONE;
     let phi_max = |p: &mut ParamReader| (p.float("phimax") as f64).to_radians();
     let local = match plugin.schema.name {
         "sphere" => {
@@ -92,15 +124,18 @@ pub(super) fn read_shape(
             let form = hyperboloid(p1, p2, phi_max(&mut p));
             Some(Local::Form(Form::Sweep(form)))
         }
-        "trianglemesh" => check_alpha(&mut p)
-            .and_then(|()| triangle_mesh(&mut p))
-            .map(Local::Mesh),
-        "plymesh" => check_alpha(&mut p)
-            .and_then(|()| ply_mesh(&mut p, assets))
-            .map(Local::Mesh),
+        "trianglemesh" => {
+            masks = read_masks(&mut p);
+            triangle_mesh(&mut p).map(Local::Mesh)
+        }
+        "plymesh" => {
+            masks = read_masks(&mut p);
+            ply_mesh(&mut p, assets).map(Local::Mesh)
+        }
         "loopsubdiv" => surfaces::subdivision(&mut p).map(Local::Mesh),
         "heightfield" => surfaces::heightfield(&mut p).map(Local::Mesh),
         "nurbs" => surfaces::nurbs(&mut p).map(Local::Mesh),
+        "curve" => curves::curve(&mut p).map(Local::Curves),
         name => {
             let what = format!("the shape \"{name}\"");
             p.report(unsupported(&what, kind_span, INSTEAD));
@@ -111,20 +146,20 @@ pub(super) fn read_shape(
         Some(material) => p.finish_with_material(material),
         None => p.finish(),
     }
-    local
+    // A mesh that is nowhere is no mesh.
+    let local = local.filter(|_| masks.alpha != Mask::Everywhere)?;
+    Some(ReadShape { local, masks })
 }
 
-/// A constant alpha of 0 removes the whole mesh; textures are not supported yet.
-fn check_alpha(p: &mut ParamReader) -> Option<()> {
-    for name in ["alpha", "shadowalpha"] {
-        if let Textured::Texture(_) = p.float_texture(name) {
-            let span = p.span(name);
-            p.report(unsupported("an alpha texture", span, "the mesh is opaque"));
-        }
-    }
-    match p.float_texture("alpha") {
-        Textured::Constant(alpha) if alpha.value == 0.0 => None,
-        _ => Some(()),
+fn read_masks(p: &mut ParamReader) -> Masks {
+    let mut mask = |name: &str| match p.float_texture(name) {
+        Textured::Texture(texture) => Mask::Texture(texture),
+        Textured::Constant(alpha) if alpha.value == 0.0 => Mask::Everywhere,
+        Textured::Constant(_) | Textured::Default => Mask::None,
+    };
+    Masks {
+        alpha: mask("alpha"),
+        shadow_alpha: mask("shadowalpha"),
     }
 }
 

@@ -58,8 +58,12 @@ impl Integrator {
     ) -> Rgb {
         match self {
             Self::Path(path) => path.li::<false>(world, ray, differential, sampler, counters),
-            // Without media and null surfaces the two are the same, and the simpler one is faster.
-            Self::VolPath(path) if !world.facts().has_media && !world.facts().has_null_surfaces => {
+            // Without media, null surfaces and shadow masks the two are the same, and the simpler one is faster.
+            Self::VolPath(path)
+                if !world.facts().has_media
+                    && !world.facts().has_null_surfaces
+                    && !world.facts().has_shadow_holes =>
+            {
                 path.li::<false>(world, ray, differential, sampler, counters)
             }
             Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),

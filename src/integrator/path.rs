@@ -51,7 +51,7 @@ enum Origin {
     Certain,
     /// Drawn at a point with a density that light sampling competes with.
     Drawn { from: Point3, pdf_w: f32 },
-    /// Past a null surface where the model lets only specular light through.
+    /// Light was looked for by other rays, or the model lets none through.
     Hidden,
 }
 
@@ -167,9 +167,13 @@ impl Path {
             let bsdf = world
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
-            if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf)
-                || !self.survives(&mut state)
-            {
+            if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf) {
+                break;
+            }
+            if !VOLUMETRIC && world.facts().has_shadow_holes {
+                state.look_for_light();
+            }
+            if !self.survives(&mut state) {
                 break;
             }
         }
@@ -221,6 +225,30 @@ impl State<'_> {
             Origin::Hidden => return,
         };
         self.radiance += self.beta * le * weight;
+    }
+
+    /// The second half of the light sampling at the vertex, where it passes surfaces that cast no shadow: the
+    /// continuation of the path meets them, and counts no light then.
+    fn look_for_light(&mut self) {
+        let Origin::Drawn { .. } = self.origin else {
+            return;
+        };
+        let ray = self.ray;
+        for _ in 0..=self.world.max_crossings() {
+            self.counters.rays += 1;
+            let Some(hit) = self.world.closest(&self.ray, f32::INFINITY) else {
+                self.add_environment();
+                break;
+            };
+            let surface = self.world.surface(&self.ray, &hit);
+            self.add_emission(&hit, &surface);
+            if !self.world.casts_no_shadow(hit.target, &hit.at, &self.ray) {
+                break;
+            }
+            self.ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+        }
+        self.ray = ray;
+        self.origin = Origin::Hidden;
     }
 
     /// Goes on behind a null surface.
@@ -450,7 +478,7 @@ mod tests {
     use crate::math::Transform;
     use crate::shape::quadric::{Form, Sphere};
     use crate::shape::{Quadric, Shape};
-    use crate::world::{Geometry, WorldParts};
+    use crate::world::{Cutout, Geometry, WorldParts};
 
     #[test]
     fn v19_nested_null_surfaces_are_passed_as_often_as_they_are_met() {
@@ -464,6 +492,7 @@ mod tests {
                 )),
                 material: MaterialId::NONE,
                 media: None,
+                cutout: Cutout::default(),
                 first_light: LightId::NONE,
                 object: ObjectId::NONE,
             }

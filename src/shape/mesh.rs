@@ -2,10 +2,14 @@
 
 use glam::DVec3;
 
-use crate::math::error::gamma;
+use crate::math::error::{EPSILON, gamma};
 use crate::math::{Bounds3, Frame, Normal3, Point3, Vec3};
 use crate::sampling::warp::uniform_triangle;
 use crate::shape::{ElementHit, RayShear, ShapeSample, SurfacePoint, area_to_solid_angle};
+
+/// Distance from the edges of a triangle at which rays leave it, in rounding errors of its coordinates: walls behind
+/// edges of down to about 10° stay behind.
+const EDGE_GAP: f64 = 16.0;
 
 /// An indexed triangle mesh with optional per-vertex attributes.
 #[derive(Clone, Debug, Default)]
@@ -126,7 +130,7 @@ impl Mesh {
     pub fn surface(&self, triangle: u32, barycentric: [f32; 2]) -> SurfacePoint {
         let [b0, b1] = barycentric.map(f64::from);
         let b = [b0, b1, 1.0 - b0 - b1];
-        let (p, p_err) = self.point(triangle, b);
+        let (p, p_err) = self.point(triangle, self.off_the_edges(triangle, b));
         let (ng, ns) = self.oriented_normals(triangle, b);
 
         // Solve for the derivatives by (u, v): dp = dpdu du + dpdv dv along two edges.
@@ -174,6 +178,33 @@ impl Mesh {
         }
     }
 
+    /// Weights of a point that lies off the edges by [`EDGE_GAP`] of its rounding errors, or in the middle of a
+    /// triangle that is thinner. A point that is rounded to beyond the wall behind an edge would leave a closed room.
+    fn off_the_edges(&self, triangle: u32, mut b: [f64; 3]) -> [f64; 3] {
+        let corners = self
+            .corners(triangle)
+            .map(|p| DVec3::from(p.map(f64::from)));
+        let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
+        let gap = EDGE_GAP * f64::from(EPSILON) * largest.max_element();
+        let area = (corners[0] - corners[2])
+            .cross(corners[1] - corners[2])
+            .length();
+        let mut is_near = false;
+        for k in 0..3 {
+            let edge = (corners[(k + 1) % 3] - corners[(k + 2) % 3]).length();
+            let least = (gap * edge / area).min(1.0 / 3.0);
+            if b[k] < least {
+                b[k] = least;
+                is_near = true;
+            }
+        }
+        if is_near {
+            let sum = b[0] + b[1] + b[2];
+            b = b.map(|x| x / sum);
+        }
+        b
+    }
+
     /// The point with the given weights, and its error bound.
     fn point(&self, triangle: u32, b: [f64; 3]) -> (Point3, Vec3) {
         let corners = self
@@ -188,7 +219,8 @@ impl Mesh {
 
     /// See [`crate::shape::Shape::sample_toward`]: uniform by area.
     pub fn sample_toward(&self, triangle: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
-        let [b0, b1] = uniform_triangle(u).map(f64::from);
+        let barycentric = uniform_triangle(u);
+        let [b0, b1] = barycentric.map(f64::from);
         let b = [b0, b1, 1.0 - b0 - b1];
         let (p, p_err) = self.point(triangle, b);
         let ng = Normal3::from_f64(self.oriented_normals(triangle, b).0);
@@ -198,6 +230,7 @@ impl Mesh {
             p_err,
             ng,
             pdf_w,
+            barycentric,
         })
     }
 }

@@ -54,6 +54,20 @@ pub struct TextureContext {
     pub dp_dy: Vec3,
 }
 
+impl TextureContext {
+    /// A point without a footprint: the finest detail.
+    pub fn at_point(p: Point3, uv: [f32; 2]) -> Self {
+        Self {
+            p,
+            uv,
+            duv_dx: [0.0; 2],
+            duv_dy: [0.0; 2],
+            dp_dx: Vec3::ZERO,
+            dp_dy: Vec3::ZERO,
+        }
+    }
+}
+
 /// An input of a material or of another texture: folded to a constant at load wherever it is one.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Source<V> {

@@ -172,10 +172,17 @@ impl World {
     ) -> Option<LightSample> {
         let shape = &self.geometry(area.geometry).shape;
         let sample = shape.sample_toward(area.element, at.p, u)?;
+        let target = ElementRef {
+            geometry: area.geometry,
+            element: area.element,
+        };
+        if self.is_hole_at(target, sample.barycentric, sample.p) {
+            return None;
+        }
         let wi = (sample.p - at.p).try_normalize()?;
         let radiance = area.le(sample.ng, -wi);
-        let target = offset_origin(sample.p, sample.p_err, sample.ng, -wi);
-        let (shadow, t_max) = self.shadow_ray(at, target, wi);
+        let end = offset_origin(sample.p, sample.p_err, sample.ng, -wi);
+        let (shadow, t_max) = self.shadow_ray(at, end, wi);
         Some(LightSample {
             wi,
             radiance,
@@ -183,10 +190,7 @@ impl World {
             is_delta: false,
             shadow,
             t_max,
-            aim: Some(ElementRef {
-                geometry: area.geometry,
-                element: area.element,
-            }),
+            aim: Some(target),
             aims_at_back: sample.ng.dot(wi) > 0.0,
         })
     }
@@ -212,31 +216,27 @@ impl World {
     }
 
     /// Whether a surface found at distance `t` stands between the receiver and the point aimed at. The flat element
-    /// that holds the point cannot. A line meets a surface of second degree at most twice, and passes from one side of
+    /// that holds the point cannot, and of a curve the point is the nearest there is. A line meets a surface of second degree at most twice, and passes from one side of
     /// it to the other each time, whatever part of the surface exists: a hit from the side that is aimed at is the
     /// point itself.
     #[inline]
-    fn occludes(&self, sample: &LightSample, target: ElementRef, t: f32) -> bool {
+    fn occludes(&self, sample: &LightSample, target: ElementRef, at: &ElementHit) -> bool {
         if Some(target) != sample.aim {
             return true;
         }
         match &self.geometry(target.geometry).shape {
-            Shape::Mesh(_) => false,
+            Shape::Mesh(_) | Shape::Curves(_) => false,
             shape @ Shape::Quadric(_) => {
-                let hit = ElementHit {
-                    t,
-                    barycentric: [0.0; 2],
-                };
-                let ng = shape.surface(target.element, &sample.shadow, &hit).ng;
+                let ng = shape.surface(target.element, &sample.shadow, at).ng;
                 (ng.dot(sample.shadow.d) > 0.0) != sample.aims_at_back
             }
         }
     }
 
-    /// Whether any surface, null surfaces included, stands in the way.
+    /// Whether any surface, null surfaces included, stands in the way and casts a shadow.
     pub fn is_occluded(&self, sample: &LightSample) -> bool {
-        self.any_where(&sample.shadow, sample.t_max, |target, t| {
-            self.occludes(sample, target, t)
+        self.any_where(&sample.shadow, sample.t_max, |target, at| {
+            self.occludes(sample, target, at) && !self.casts_no_shadow(target, at, &sample.shadow)
         })
     }
 
@@ -249,7 +249,7 @@ impl World {
         rng: &mut Rng,
         n_rays: &mut u64,
     ) -> Rgb {
-        let counts = |target: ElementRef, t: f32| self.occludes(sample, target, t);
+        let counts = |target: ElementRef, at: &ElementHit| self.occludes(sample, target, at);
         self.transmittance_where(sample.shadow, medium, sample.t_max, counts, rng, n_rays)
     }
 
@@ -315,7 +315,7 @@ mod tests {
     use crate::math::Transform;
     use crate::shape::Quadric;
     use crate::shape::quadric::{Form, Sphere};
-    use crate::world::{Geometry, WorldParts};
+    use crate::world::{Cutout, Geometry, WorldParts};
 
     #[test]
     fn a_distant_ellipsoid_does_not_shine_through_its_own_near_side() {
@@ -328,6 +328,7 @@ mod tests {
                 shape: Shape::Quadric(Quadric::new(Form::Sphere(sphere), placed, false)),
                 material: MaterialId::NONE,
                 media: None,
+                cutout: Cutout::default(),
                 first_light: LightId::new(0),
                 object: ObjectId::NONE,
             }],

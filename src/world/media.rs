@@ -3,6 +3,7 @@
 use crate::ids::MediumId;
 use crate::math::{Normal3, Ray, Vec3};
 use crate::sampling::rng::Rng;
+use crate::shape::ElementHit;
 use crate::spectrum::Rgb;
 use crate::world::{ElementRef, World, spawn_ray};
 
@@ -56,7 +57,7 @@ impl World {
         mut ray: Ray,
         mut medium: MediumId,
         mut t_max: f32,
-        counts: impl Fn(ElementRef, f32) -> bool,
+        counts: impl Fn(ElementRef, &ElementHit) -> bool,
         rng: &mut Rng,
         n_rays: &mut u64,
     ) -> Rgb {
@@ -66,7 +67,13 @@ impl World {
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             *n_rays += 1;
-            let hit = self.closest_where(&ray, t_max, |target, t| counts(target, travelled + t));
+            let hit = self.closest_where(&ray, t_max, |target, at| {
+                let from_start = ElementHit {
+                    t: travelled + at.t,
+                    ..*at
+                };
+                counts(target, &from_start)
+            });
             if let Some(hit) = &hit
                 && self.geometry(hit.target.geometry).material.is_some()
             {

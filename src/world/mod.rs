@@ -3,6 +3,7 @@
 //! Immutable and shared by all threads. Space is *render space*: world space moved and scaled by a power of two so
 //! that coordinates near the camera are small and lengths are near 1.
 
+pub mod cutout;
 pub mod instance;
 pub mod lighting;
 pub mod media;
@@ -16,6 +17,7 @@ use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
 use crate::shape::{ElementHit, RayShear, Shape, SurfacePoint};
 use crate::texture::Textures;
+pub use cutout::Cutout;
 pub use instance::{Instance, Object};
 pub use lighting::{LightSample, Receiver};
 pub use media::MediumInterface;
@@ -31,6 +33,8 @@ pub struct Geometry {
     pub media: Option<MediumInterface>,
     /// The light of element 0; element i emits by the light i ids later. `NONE` if it does not emit.
     pub first_light: LightId,
+    /// Where a mesh has holes, for all rays and for those toward lights.
+    pub cutout: Cutout,
     /// The object it is part of, in whose space it is; `NONE` if it stands in render space by itself. Parts of
     /// objects do not emit.
     pub object: ObjectId,
@@ -85,6 +89,10 @@ pub struct Facts {
     pub has_media: bool,
     /// Some material needs the footprint of the camera's pixel.
     pub needs_footprint: bool,
+    /// Some mesh has holes.
+    pub has_holes: bool,
+    /// Some mesh has parts that cast no shadow.
+    pub has_shadow_holes: bool,
 }
 
 /// Parts of a world, ready to be frozen.
@@ -161,6 +169,11 @@ impl World {
             has_media: parts.camera_medium.is_some()
                 || parts.geometries.iter().any(|g| g.media.is_some()),
             needs_footprint: parts.materials.need_footprint(&parts.textures),
+            has_holes: parts.geometries.iter().any(|g| g.cutout.alpha.is_some()),
+            has_shadow_holes: parts
+                .geometries
+                .iter()
+                .any(|g| g.cutout.shadow_alpha.is_some()),
         };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
@@ -261,21 +274,22 @@ impl World {
         })
     }
 
-    /// The nearest surface in (0, `t_max`) whose (element, distance) satisfies `counts`.
+    /// The nearest surface in (0, `t_max`) that satisfies `counts`.
     #[inline]
     fn closest_where(
         &self,
         ray: &Ray,
         t_max: f32,
-        counts: impl Fn(ElementRef, f32) -> bool,
+        counts: impl Fn(ElementRef, &ElementHit) -> bool,
     ) -> Option<Hit> {
+        let world_ray = ray;
         let shear = RayShear::new(ray);
         let mut found = None;
         self.bvh
             .closest(ray, t_max, |slot, t_max| match self.slots[slot as usize] {
                 Slot::Element(target) => {
                     let at = self.intersect(target, ray, &shear, t_max)?;
-                    if !counts(target, at.t) {
+                    if self.is_hole(target, &at, world_ray) || !counts(target, &at) {
                         return None;
                     }
                     found = Some(Hit {
@@ -291,7 +305,7 @@ impl World {
                     let mut nearest = None;
                     object.closest(&ray, t_max, |target, t_max| {
                         let at = self.intersect(target, &ray, &shear, t_max)?;
-                        if !counts(target, at.t) {
+                        if self.is_hole(target, &at, world_ray) || !counts(target, &at) {
                             return None;
                         }
                         found = Some(Hit {
@@ -310,19 +324,28 @@ impl World {
 
     /// Whether any surface in (0, `t_max`) satisfies `counts`.
     #[inline]
-    fn any_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(ElementRef, f32) -> bool) -> bool {
+    fn any_where(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        counts: impl Fn(ElementRef, &ElementHit) -> bool,
+    ) -> bool {
+        let world_ray = ray;
+        let counts = |target: ElementRef, at: &ElementHit| {
+            !self.is_hole(target, at, world_ray) && counts(target, at)
+        };
         let shear = RayShear::new(ray);
         self.bvh
             .any(ray, t_max, |slot| match self.slots[slot as usize] {
                 Slot::Element(target) => self
                     .intersect(target, ray, &shear, t_max)
-                    .is_some_and(|at| counts(target, at.t)),
+                    .is_some_and(|at| counts(target, &at)),
                 Slot::Instance(instance) => {
                     self.enter(instance, ray).is_some_and(|(object, ray)| {
                         let shear = RayShear::new(&ray);
                         object.any(&ray, t_max, |target| {
                             self.intersect(target, &ray, &shear, t_max)
-                                .is_some_and(|at| counts(target, at.t))
+                                .is_some_and(|at| counts(target, &at))
                         })
                     })
                 }

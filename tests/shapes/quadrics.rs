@@ -5,7 +5,7 @@ use tyndall::ids::{LightId, MaterialId, ObjectId};
 use tyndall::math::error::offset_origin;
 use tyndall::math::{Point3, Ray};
 use tyndall::shape::{ElementHit, RayShear, Shape, SurfacePoint};
-use tyndall::world::{Geometry, World, WorldParts};
+use tyndall::world::{Cutout, Geometry, World, WorldParts};
 use tyndall_test_support::chi2::{Chi2, Square};
 use tyndall_test_support::{Uniform, assert_close};
 
@@ -16,6 +16,7 @@ fn world_of(shapes: Vec<Shape>) -> World {
         shape,
         material: MaterialId::NONE,
         media: None,
+        cutout: Cutout::default(),
         first_light: LightId::NONE,
         object: ObjectId::NONE,
     });

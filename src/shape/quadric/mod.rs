@@ -25,7 +25,7 @@ pub use sphere::Sphere;
 pub use sweep::Sweep;
 
 /// Relative deviation below which a transform counts as a similarity: it comes from composing rotations in f64.
-const SIMILARITY_TOLERANCE: f64 = 1e-9;
+pub(super) const SIMILARITY_TOLERANCE: f64 = 1e-9;
 
 /// The equation of a quadric in object space.
 #[derive(Clone, Copy, Debug)]
@@ -276,6 +276,7 @@ impl Quadric {
                 p_err,
                 ng,
                 pdf_w: cone.pdf_w() as f32,
+                barycentric: [0.0; 2],
             });
         }
         let (p_object, n_object) = self.form.sample_area(u);
@@ -288,6 +289,7 @@ impl Quadric {
             p_err,
             ng,
             pdf_w,
+            barycentric: [0.0; 2],
         })
     }
 
