@@ -1,5 +1,7 @@
 //! Materials, built when a shape uses them.
 
+mod hair;
+
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
@@ -120,6 +122,7 @@ fn model(
             kr: textures.spectrum_source(p.spectrum_texture("Kr"), 0.9, &mut later),
         }),
         "glass" => glass(&mut p, textures, &mut later),
+        "hair" => hair::read(&mut p, textures, &mut later),
         name => {
             let what = format!("the material \"{name}\"");
             p.report(unsupported(&what, entity.kind.span, INSTEAD));

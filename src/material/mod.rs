@@ -3,6 +3,7 @@
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
 pub mod glass;
+pub mod hair;
 pub mod matte;
 pub mod mirror;
 
@@ -13,6 +14,7 @@ use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
 pub use glass::Glass;
+pub use hair::Hair;
 pub use matte::Matte;
 pub use mirror::Mirror;
 
@@ -25,6 +27,8 @@ pub enum Model {
     Mirror(Mirror),
     /// Smooth dielectric.
     Glass(Glass),
+    /// Hair fibre.
+    Hair(Hair),
 }
 
 /// A material.
@@ -88,6 +92,7 @@ impl Materials {
             Model::Matte(matte) => matte.scatter(at, bsdf),
             Model::Mirror(mirror) => mirror.scatter(at, bsdf),
             Model::Glass(glass) => glass.scatter(at, bsdf),
+            Model::Hair(hair) => hair.scatter(at, bsdf),
         }
     }
 
@@ -108,6 +113,7 @@ impl Model {
             Self::Matte(m) => spectrum(m.kd) || float(m.sigma),
             Self::Mirror(m) => spectrum(m.kr),
             Self::Glass(m) => spectrum(m.kr) || spectrum(m.kt) || float(m.eta),
+            Self::Hair(m) => m.needs_footprint(),
         }
     }
 }

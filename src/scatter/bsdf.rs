@@ -3,7 +3,9 @@
 use arrayvec::ArrayVec;
 
 use crate::math::{Frame, Normal3, Vec3};
+use crate::sampling::rng::ONE_MINUS_EPSILON;
 use crate::scatter::diffuse::Diffuse;
+use crate::scatter::hair::Hair;
 use crate::scatter::specular::{Mirror, SmoothDielectric, SpecularSample};
 use crate::spectrum::Rgb;
 
@@ -48,6 +50,8 @@ pub enum Bxdf {
     Mirror(Mirror),
     /// Smooth dielectric: specular reflection and transmission.
     SmoothDielectric(SmoothDielectric),
+    /// A hair fibre.
+    Hair(Hair),
 }
 
 impl Bxdf {
@@ -56,6 +60,7 @@ impl Bxdf {
     pub fn is_specular(&self) -> bool {
         match self {
             Self::Diffuse(_) => false,
+            Self::Hair(_) => false,
             Self::Mirror(_) | Self::SmoothDielectric(_) => true,
         }
     }
@@ -65,6 +70,7 @@ impl Bxdf {
         match self {
             Self::Diffuse(_) | Self::Mirror(_) => Sides::Reflection,
             Self::SmoothDielectric(_) => Sides::Both,
+            Self::Hair(_) => Sides::Both,
         }
     }
 
@@ -73,6 +79,7 @@ impl Bxdf {
     pub fn f(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> Rgb {
         match self {
             Self::Diffuse(lobe) => lobe.f(wo, wi),
+            Self::Hair(lobe) => lobe.f(wo, wi),
             Self::Mirror(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
         }
     }
@@ -82,15 +89,23 @@ impl Bxdf {
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(wo, wi),
+            Self::Hair(lobe) => lobe.pdf(wo, wi),
             Self::Mirror(_) | Self::SmoothDielectric(_) => 0.0,
         }
     }
 
-    /// Draws a direction. `None` where nothing scatters.
+    /// Draws a direction. `None` where nothing scatters. `u_part` chooses among the parts of lobes that have several.
     #[inline]
-    pub fn sample(&self, wo: Vec3, u: [f32; 2], mode: TransportMode) -> Option<LobeSample> {
+    pub fn sample(
+        &self,
+        wo: Vec3,
+        u_part: f32,
+        u: [f32; 2],
+        mode: TransportMode,
+    ) -> Option<LobeSample> {
         match self {
             Self::Diffuse(lobe) => Some(LobeSample::Smooth(lobe.sample(wo, u))),
+            Self::Hair(lobe) => lobe.sample(wo, u_part, u).map(LobeSample::Smooth),
             Self::Mirror(lobe) => Some(LobeSample::Specular(lobe.sample(wo))),
             Self::SmoothDielectric(lobe) => lobe.sample(wo, u[0], mode).map(LobeSample::Specular),
         }
@@ -251,8 +266,12 @@ impl Bsdf {
             return None;
         }
         let n_lobes = self.lobes.len();
-        let chosen = &self.lobes[((u_lobe * n_lobes as f32) as usize).min(n_lobes - 1)];
-        match chosen.bxdf.sample(wo_local, u, mode)? {
+        let u_lobe = u_lobe * n_lobes as f32;
+        let index = (u_lobe as usize).min(n_lobes - 1);
+        let chosen = &self.lobes[index];
+        // What the choice leaves of the number is uniform again.
+        let u_part = (u_lobe - index as f32).min(ONE_MINUS_EPSILON);
+        match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
             LobeSample::Specular(sample) => Some(BsdfSample {
                 wi: self.frame.to_world(sample.wi),
                 weight: sample.weight * chosen.scale * n_lobes as f32,

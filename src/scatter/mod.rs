@@ -6,6 +6,7 @@
 pub mod bsdf;
 pub mod diffuse;
 pub mod fresnel;
+pub mod hair;
 pub mod phase;
 pub mod specular;
 
