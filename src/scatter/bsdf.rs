@@ -3,10 +3,13 @@
 use arrayvec::ArrayVec;
 
 use crate::math::{Frame, Normal3, Vec3};
-use crate::sampling::rng::ONE_MINUS_EPSILON;
-use crate::scatter::diffuse::Diffuse;
+use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
+use crate::scatter::fresnel_blend::FresnelBlend;
 use crate::scatter::hair::Hair;
-use crate::scatter::specular::{Mirror, SmoothDielectric, SpecularSample};
+use crate::scatter::rough_dielectric::RoughDielectric;
+use crate::scatter::rough_reflection::RoughReflection;
+use crate::scatter::same_hemisphere;
+use crate::scatter::specular::{Mirror, PassThrough, SmoothDielectric, SpecularSample};
 use crate::spectrum::Rgb;
 
 /// What travels along the path: radiance from lights, or importance from the camera.
@@ -27,16 +30,20 @@ pub enum Sides {
     Transmission,
     /// Both.
     Both,
+    /// Both, by values of their own: a pair of directions counts where shading and geometric normal agree on its side.
+    Each,
 }
 
 impl Sides {
-    /// Whether the lobe counts for a pair of directions on the same side of the surface, or on different ones.
+    /// Whether the lobe counts for a pair of directions that is reflected or not by the geometric normal, and by the
+    /// shading normal.
     #[inline]
-    fn include(self, reflects: bool) -> bool {
+    fn include(self, reflects: bool, reflects_in_shading: bool) -> bool {
         match self {
             Self::Reflection => reflects,
             Self::Transmission => !reflects,
             Self::Both => true,
+            Self::Each => reflects == reflects_in_shading,
         }
     }
 }
@@ -46,10 +53,20 @@ impl Sides {
 pub enum Bxdf {
     /// Diffuse reflection.
     Diffuse(Diffuse),
+    /// Diffuse transmission.
+    DiffuseTransmission(DiffuseTransmission),
     /// Mirror reflection.
     Mirror(Mirror),
+    /// Straight ahead.
+    PassThrough(PassThrough),
     /// Smooth dielectric: specular reflection and transmission.
     SmoothDielectric(SmoothDielectric),
+    /// Microfacet reflection.
+    RoughReflection(RoughReflection),
+    /// Microfacet reflection and transmission.
+    RoughDielectric(RoughDielectric),
+    /// Diffuse base under a rough coat.
+    FresnelBlend(FresnelBlend),
     /// A hair fibre.
     Hair(Hair),
 }
@@ -58,29 +75,37 @@ impl Bxdf {
     /// Whether its density is a delta, so that it has no value and no density of its own.
     #[inline]
     pub fn is_specular(&self) -> bool {
-        match self {
-            Self::Diffuse(_) => false,
-            Self::Hair(_) => false,
-            Self::Mirror(_) | Self::SmoothDielectric(_) => true,
-        }
+        matches!(
+            self,
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_)
+        )
     }
 
+    /// The sides it scatters to.
     #[inline]
-    fn sides(&self) -> Sides {
+    pub fn sides(&self) -> Sides {
         match self {
-            Self::Diffuse(_) | Self::Mirror(_) => Sides::Reflection,
-            Self::SmoothDielectric(_) => Sides::Both,
+            Self::Diffuse(_)
+            | Self::Mirror(_)
+            | Self::RoughReflection(_)
+            | Self::FresnelBlend(_) => Sides::Reflection,
+            Self::DiffuseTransmission(_) | Self::PassThrough(_) => Sides::Transmission,
+            Self::SmoothDielectric(_) | Self::RoughDielectric(_) => Sides::Each,
             Self::Hair(_) => Sides::Both,
         }
     }
 
     /// Value in sr⁻¹, cosine excluded; black for specular lobes.
     #[inline]
-    pub fn f(&self, wo: Vec3, wi: Vec3, _mode: TransportMode) -> Rgb {
+    pub fn f(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
         match self {
             Self::Diffuse(lobe) => lobe.f(wo, wi),
+            Self::DiffuseTransmission(lobe) => lobe.f(),
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
+            Self::RoughReflection(lobe) => lobe.f(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.f(wo, wi, mode),
+            Self::FresnelBlend(lobe) => lobe.f(wo, wi),
             Self::Hair(lobe) => lobe.f(wo, wi),
-            Self::Mirror(_) | Self::SmoothDielectric(_) => Rgb::BLACK,
         }
     }
 
@@ -89,12 +114,16 @@ impl Bxdf {
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
         match self {
             Self::Diffuse(lobe) => lobe.pdf(wo, wi),
+            Self::DiffuseTransmission(lobe) => lobe.pdf(wo, wi),
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_) => 0.0,
+            Self::RoughReflection(lobe) => lobe.pdf(wo, wi),
+            Self::RoughDielectric(lobe) => lobe.pdf(wo, wi),
+            Self::FresnelBlend(lobe) => lobe.pdf(wo, wi),
             Self::Hair(lobe) => lobe.pdf(wo, wi),
-            Self::Mirror(_) | Self::SmoothDielectric(_) => 0.0,
         }
     }
 
-    /// Draws a direction. `None` where nothing scatters. `u_part` chooses among the parts of lobes that have several.
+    /// Draws a direction; `u_part` chooses among the parts of a lobe that has several. `None` where nothing scatters.
     #[inline]
     pub fn sample(
         &self,
@@ -103,11 +132,17 @@ impl Bxdf {
         u: [f32; 2],
         mode: TransportMode,
     ) -> Option<LobeSample> {
+        use LobeSample::{Smooth, Specular};
         match self {
-            Self::Diffuse(lobe) => Some(LobeSample::Smooth(lobe.sample(wo, u))),
-            Self::Hair(lobe) => lobe.sample(wo, u_part, u).map(LobeSample::Smooth),
-            Self::Mirror(lobe) => Some(LobeSample::Specular(lobe.sample(wo))),
-            Self::SmoothDielectric(lobe) => lobe.sample(wo, u[0], mode).map(LobeSample::Specular),
+            Self::Diffuse(lobe) => Some(Smooth(lobe.sample(wo, u))),
+            Self::DiffuseTransmission(lobe) => Some(Smooth(lobe.sample(wo, u))),
+            Self::Mirror(lobe) => Some(Specular(lobe.sample(wo))),
+            Self::PassThrough(lobe) => Some(Specular(lobe.sample(wo))),
+            Self::SmoothDielectric(lobe) => lobe.sample(wo, u_part, mode).map(Specular),
+            Self::RoughReflection(lobe) => lobe.sample(wo, u).map(Smooth),
+            Self::RoughDielectric(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
+            Self::FresnelBlend(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
+            Self::Hair(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
         }
     }
 }
@@ -227,9 +262,10 @@ impl Bsdf {
         if wo.z() == 0.0 {
             return Rgb::BLACK;
         }
+        let reflects_in_shading = same_hemisphere(wo, wi);
         self.lobes
             .iter()
-            .filter(|lobe| lobe.bxdf.sides().include(reflects))
+            .filter(|lobe| lobe.bxdf.sides().include(reflects, reflects_in_shading))
             .map(|lobe| lobe.bxdf.f(wo, wi, mode) * lobe.scale)
             .sum()
     }
@@ -253,7 +289,8 @@ impl Bsdf {
         w.abs_dot(self.frame.n)
     }
 
-    /// Draws a direction: a lobe uniformly by `u_lobe`, then a direction of that lobe. `None` where nothing scatters.
+    /// Draws a direction: a lobe uniformly by `u_lobe`, then a direction of that lobe by what is left of `u_lobe` and
+    /// by `u`. `None` where nothing scatters.
     pub fn sample(
         &self,
         wo: Vec3,
@@ -266,11 +303,10 @@ impl Bsdf {
             return None;
         }
         let n_lobes = self.lobes.len();
-        let u_lobe = u_lobe * n_lobes as f32;
-        let index = (u_lobe as usize).min(n_lobes - 1);
+        let place = u_lobe * n_lobes as f32;
+        let index = (place as usize).min(n_lobes - 1);
+        let u_part = (place - index as f32).min(1.0f32.next_down());
         let chosen = &self.lobes[index];
-        // What the choice leaves of the number is uniform again.
-        let u_part = (u_lobe - index as f32).min(ONE_MINUS_EPSILON);
         match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
             LobeSample::Specular(sample) => Some(BsdfSample {
                 wi: self.frame.to_world(sample.wi),
@@ -300,7 +336,7 @@ impl Bsdf {
                     transmitted: match chosen.bxdf.sides() {
                         Sides::Reflection => false,
                         Sides::Transmission => true,
-                        Sides::Both => !reflects,
+                        Sides::Both | Sides::Each => !reflects,
                     },
                     eta_scale: 1.0,
                 })

@@ -1,4 +1,4 @@
-//! Diffuse reflection: Lambert and Oren–Nayar.
+//! Diffuse reflection, Lambert and Oren–Nayar, and diffuse transmission.
 
 use std::f32::consts::FRAC_1_PI;
 
@@ -72,6 +72,39 @@ impl Diffuse {
             cosine_hemisphere_pdf(wi.z().abs())
         } else {
             0.0
+        }
+    }
+}
+
+/// Diffuse transmission: light from the other side leaves evenly in all directions.
+#[derive(Clone, Copy, Debug)]
+pub struct DiffuseTransmission {
+    /// Hemispherical transmittance.
+    pub kt: Rgb,
+}
+
+impl DiffuseTransmission {
+    /// Value in sr⁻¹, cosine excluded, for any pair of directions: which side counts is decided by the geometric
+    /// normal.
+    #[inline]
+    pub fn f(&self) -> Rgb {
+        self.kt * FRAC_1_PI
+    }
+
+    /// Draws `wi` with a density proportional to its cosine, on the other side of `wo`.
+    #[inline]
+    pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Vec3 {
+        let wi = cosine_hemisphere(u);
+        Vec3::new(wi.x(), wi.y(), wi.z().copysign(-wo.z()))
+    }
+
+    /// Density of [`DiffuseTransmission::sample`] in sr⁻¹.
+    #[inline]
+    pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if same_hemisphere(wo, wi) {
+            0.0
+        } else {
+            cosine_hemisphere_pdf(wi.z().abs())
         }
     }
 }

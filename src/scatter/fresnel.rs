@@ -1,6 +1,43 @@
 //! Fresnel equations for unpolarised light.
 
 use crate::math::Vec3;
+use crate::spectrum::Rgb;
+
+/// Reflectance of a surface as a function of the angle.
+#[derive(Clone, Copy, Debug)]
+pub enum Fresnel {
+    /// Boundary between two dielectrics, see [`dielectric`].
+    Dielectric {
+        /// Index of refraction on the side of the normal.
+        eta_outside: f32,
+        /// Index of refraction on the other side.
+        eta_inside: f32,
+    },
+    /// Metal in vacuum, the same seen from both sides, see [`conductor`].
+    Conductor {
+        /// Real part of the index of refraction.
+        eta: Rgb,
+        /// Imaginary part: absorption.
+        k: Rgb,
+    },
+}
+
+impl Fresnel {
+    /// Reflectance; `cos_i` is positive on the side of the normal.
+    #[inline]
+    pub fn evaluate(&self, cos_i: f32) -> Rgb {
+        match *self {
+            Self::Dielectric {
+                eta_outside,
+                eta_inside,
+            } => Rgb::splat(dielectric(cos_i, eta_outside, eta_inside)),
+            Self::Conductor { eta, k } => {
+                let channel = |c: usize| conductor(cos_i.abs(), eta[c], k[c]);
+                Rgb::new(channel(0), channel(1), channel(2))
+            }
+        }
+    }
+}
 
 /// Reflectance of a smooth dielectric. `cos_i` is signed: positive on the side of index `eta_outside`, negative on
 /// the side of `eta_inside`. 1 beyond the critical angle.
@@ -20,6 +57,32 @@ pub fn dielectric(cos_i: f32, eta_outside: f32, eta_inside: f32) -> f32 {
     let parallel = (eta_t * cos_i - eta_i * cos_t) / (eta_t * cos_i + eta_i * cos_t);
     let perpendicular = (eta_i * cos_i - eta_t * cos_t) / (eta_i * cos_i + eta_t * cos_t);
     0.5 * (parallel * parallel + perpendicular * perpendicular)
+}
+
+/// Greatest index of a conductor; beyond it, the reflectance is 1 to four digits.
+const MAX_CONDUCTOR_INDEX: f32 = 1e5;
+
+/// Reflectance of a smooth conductor in vacuum, of index `eta` + i `k` (both ≥ 0), at `cos_i` ≥ 0.
+///
+/// The exact equations (Born and Wolf; in the form of Lagarde 2013, "Memo on Fresnel equations").
+pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
+    let cos_i = cos_i.clamp(0.0, 1.0);
+    let (eta, k) = (
+        eta.clamp(0.0, MAX_CONDUCTOR_INDEX),
+        k.clamp(0.0, MAX_CONDUCTOR_INDEX),
+    );
+    let (cos2, sin2) = (cos_i * cos_i, (1.0 - cos_i) * (1.0 + cos_i));
+    let (eta2, k2) = (eta * eta, k * k);
+    // a² − b² and a² + b² of the complex cosine inside, times the index.
+    let difference = eta2 - k2 - sin2;
+    let sum = (difference * difference + 4.0 * eta2 * k2).sqrt();
+    let a = (0.5 * (sum + difference)).max(0.0).sqrt();
+    let ratio = |less: f32, more: f32| if more > 0.0 { less / more } else { 1.0 };
+    let t = 2.0 * a * cos_i;
+    let perpendicular = ratio(sum + cos2 - t, sum + cos2 + t);
+    let (p, q) = (cos2 * sum + sin2 * sin2, t * sin2);
+    let parallel = perpendicular * ratio(p - q, p + q);
+    0.5 * (perpendicular + parallel)
 }
 
 /// The direction behind the interface of normal `n` (unit, on the side of `wi`) for light from `wi`;

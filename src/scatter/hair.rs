@@ -103,12 +103,12 @@ impl Hair {
         (0..N_LOBES).map(|p| shares[p] * spread[p]).sum()
     }
 
-    /// Draws `wi`: a lobe by its luminance and the azimuth by `u_lobe`, the angle along the fibre by `u`. `None` where
+    /// Draws `wi`: a lobe by its luminance and the azimuth by `u_part`, the angle along the fibre by `u`. `None` where
     /// everything is absorbed.
-    pub fn sample(&self, wo: Vec3, u_lobe: f32, u: [f32; 2]) -> Option<Vec3> {
+    pub fn sample(&self, wo: Vec3, u_part: f32, u: [f32; 2]) -> Option<Vec3> {
         let outgoing = self.outgoing(wo);
         let shares = outgoing.shares()?;
-        let mut rest = u_lobe;
+        let mut rest = u_part;
         let mut p = 0;
         while p < N_LOBES - 1 && rest >= shares[p] {
             rest -= shares[p];

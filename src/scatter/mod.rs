@@ -6,8 +6,12 @@
 pub mod bsdf;
 pub mod diffuse;
 pub mod fresnel;
+pub mod fresnel_blend;
 pub mod hair;
+pub mod microfacet;
 pub mod phase;
+pub mod rough_dielectric;
+pub mod rough_reflection;
 pub mod specular;
 
 pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Sides, TransportMode};

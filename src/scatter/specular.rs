@@ -1,4 +1,4 @@
-//! Perfectly smooth interfaces: mirror and dielectric. Their densities are deltas, so they have no `f` and no `pdf`.
+//! Perfectly smooth interfaces: mirror and dielectric; and none at all. Their densities are deltas, so they have no `f` and no `pdf`.
 
 use crate::math::Vec3;
 use crate::scatter::bsdf::TransportMode;
@@ -30,6 +30,24 @@ impl Mirror {
             wi: Vec3::new(-wo.x(), -wo.y(), wo.z()),
             weight: self.kr,
             transmitted: false,
+        }
+    }
+}
+
+/// A hole: light goes straight through.
+#[derive(Clone, Copy, Debug)]
+pub struct PassThrough {
+    /// Transmittance.
+    pub kt: Rgb,
+}
+
+impl PassThrough {
+    /// The direction straight ahead.
+    pub fn sample(&self, wo: Vec3) -> SpecularSample {
+        SpecularSample {
+            wi: -wo,
+            weight: self.kt,
+            transmitted: true,
         }
     }
 }
