@@ -48,10 +48,8 @@ id! {
     LightId,
     /// A participating medium; `NONE` is vacuum.
     MediumId,
-    /// A scalar texture.
-    FloatTextureId,
-    /// A colour texture.
-    SpectrumTextureId,
+    /// A texture among those of its value type.
+    TextureId,
     /// Geometry that instances share.
     ObjectId,
     /// A placement of an object.

@@ -415,9 +415,7 @@ fn formats_that_are_unknown_or_read_only_say_so() {
         Err(ImageError::Unsupported(_))
     ));
     assert!(
-        codec::is_gamma_encoded("PNG")
-            && codec::is_gamma_encoded("tga")
-            && !codec::is_gamma_encoded("exr")
+        codec::is_eight_bit("PNG") && codec::is_eight_bit("tga") && !codec::is_eight_bit("exr")
     );
 }
 

@@ -2,7 +2,8 @@
 
 use glam::Vec2;
 use tyndall::image::mip::{MipMap, Wrap};
-use tyndall::image::{Image, metrics, repair};
+use tyndall::image::repair::{self, Samples};
+use tyndall::image::{Image, metrics};
 use tyndall::spectrum::Rgb;
 use tyndall_test_support::Uniform;
 
@@ -68,7 +69,7 @@ fn impossible_texels_are_repaired_and_counted() {
             -0.0,
         ],
     );
-    let repairs = repair::repair(&mut image);
+    let repairs = repair::repair(&mut image, Samples::NonNegative);
     assert_eq!(
         (
             repairs.nan,
@@ -79,9 +80,9 @@ fn impossible_texels_are_repaired_and_counted() {
         (1, 1, 2, 4)
     );
     assert_eq!(image.data(), [1.0, 0.0, 3.0, 0.0, 0.0, 3.0, 0.0]);
-    assert_eq!(repair::repair(&mut image).total(), 0);
+    assert_eq!(repair::repair(&mut image, Samples::NonNegative).total(), 0);
     let mut hopeless = Image::constant(f32::INFINITY);
-    repair::repair(&mut hopeless);
+    repair::repair(&mut hopeless, Samples::NonNegative);
     assert_eq!(hopeless.data(), [0.0]);
 }
 

@@ -11,6 +11,7 @@ use crate::compile::textures::read_image;
 use crate::compile::{lookup, spectra, unsupported};
 use crate::describe::description::{Entity, Frame, LightEntity};
 use crate::image::mip::Wrap;
+use crate::image::repair::Samples;
 use crate::image::resample::to_powers_of_two;
 use crate::light::infinite::InfiniteLight;
 use crate::light::{DistantLight, Light, PointLight};
@@ -115,7 +116,8 @@ fn light(
             p.finish();
             let emission = emission?;
             let image = file.and_then(|file| {
-                read_image(&file, assets, "a constant light is used", diagnostics)
+                const INSTEAD: &str = "a constant light is used";
+                read_image(&file, Samples::NonNegative, assets, INSTEAD, diagnostics)
             });
             let light = match image {
                 None => InfiniteLight::constant(emission),

@@ -1,35 +1,37 @@
 //! Materials, built when a shape uses them.
 
-mod hair;
+mod models;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
+use tyndall_parser::source::Span;
 
-use crate::compile::reader::ParamReader;
+use crate::compile::lookup;
 use crate::compile::textures::TextureBuilder;
-use crate::compile::{lookup, unsupported};
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
 use crate::ids::MaterialId;
-use crate::material::{Glass, Material, Materials, Matte, Mirror, Model};
-use crate::spectrum::Rgb;
-use crate::texture::{FloatSource, SpectrumSource};
+use crate::material::{Material, Materials, Mix, Model};
+use crate::scatter::bsdf::MAX_LOBES;
+use models::ModelReader;
 
 /// The materials of a frame on their way into the world.
 pub(super) struct MaterialBuilder {
     entities: Vec<MaterialEntity>,
-    /// `None` until a shape uses it as it is.
+    /// By entity: `None` until a shape uses it as it is.
     ids: Vec<Option<MaterialId>>,
-    built: Vec<Material>,
+    /// By entity: the latest copy for shapes that override parameters.
+    private: Vec<Option<MaterialId>>,
+    built: Materials,
 }
 
 impl MaterialBuilder {
     pub(super) fn new(frame: &mut Frame) -> Self {
         let entities = std::mem::take(&mut frame.materials);
-        let ids = vec![None; entities.len()];
         Self {
+            ids: vec![None; entities.len()],
+            private: vec![None; entities.len()],
             entities,
-            ids,
-            built: Vec::new(),
+            built: Materials::default(),
         }
     }
 
@@ -42,28 +44,61 @@ impl MaterialBuilder {
     ) -> MaterialId {
         let MaterialRef(index) = shape.material;
         let index = index as usize;
-        if shape.private_material.is_some() {
-            // The shape overrides parameters: a material of its own. The shared one is still read once, so that
-            // what is wrong with it is reported once.
-            self.shared(index, textures, diagnostics);
-            let mut silent = Diagnostics::default();
-            return self.build(index, Some(shape), textures, &mut silent);
+        // A shape may override parameters: then it has a material of its own. The shared one is still read, once, so
+        // that what is wrong with it is reported once.
+        let shared = self.shared(index, textures, diagnostics);
+        if shape.private_material.is_none() || !shared.is_some() {
+            return shared;
         }
-        self.shared(index, textures, diagnostics)
+        let Some(material) =
+            self.material(index, Some(shape), textures, &mut Diagnostics::default())
+        else {
+            return shared;
+        };
+        // Most private copies differ in nothing from the shared material, or from the copy of the shape before.
+        let known = [Some(shared), self.private[index]];
+        let same = |id: &MaterialId| self.built.list[id.index()] == material;
+        if let Some(id) = known.into_iter().flatten().find(same) {
+            return id;
+        }
+        let id = self.push(material);
+        self.private[index] = Some(id);
+        id
     }
 
+    /// The material of an entity as it stands, after all those that it is mixed of.
     fn shared(
         &mut self,
         index: usize,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
     ) -> MaterialId {
-        if let Some(id) = self.ids[index] {
-            return id;
+        let mut wanted = vec![index];
+        let mut next = 0;
+        while let Some(&mix) = wanted.get(next) {
+            next += 1;
+            if self.ids[mix].is_none() {
+                // Parts are defined before the mixture.
+                let parts = self.entities[mix].materials.iter();
+                let parts = parts.filter_map(|(_, part)| Some(part.as_ref()?.0 as usize));
+                let parts: Vec<_> = parts
+                    .filter(|part| *part < mix && self.ids[*part].is_none())
+                    .collect();
+                wanted.extend(parts);
+                wanted[next..].sort_unstable_by(|a, b| b.cmp(a));
+                wanted.dedup();
+            }
         }
-        let id = self.build(index, None, textures, diagnostics);
-        self.ids[index] = Some(id);
-        id
+        for &index in wanted.iter().rev() {
+            if self.ids[index].is_none() {
+                let id = match self.material(index, None, textures, diagnostics) {
+                    Some(material) => self.push(material),
+                    None => MaterialId::NONE,
+                };
+                self.ids[index] = Some(self.within_limits(id, index, diagnostics));
+            }
+        }
+        self.ids[index].unwrap_or(MaterialId::NONE)
     }
 
     pub(super) fn skipped(&self) -> usize {
@@ -71,95 +106,116 @@ impl MaterialBuilder {
     }
 
     pub(super) fn finish(self) -> Materials {
-        Materials { list: self.built }
+        self.built
     }
 
-    fn build(
+    fn push(&mut self, material: Material) -> MaterialId {
+        self.built.list.push(material);
+        MaterialId::new(self.built.list.len() - 1)
+    }
+
+    /// Builds a material; `None` is the null material.
+    fn material(
         &mut self,
         index: usize,
         shape: Option<&ShapeEntity>,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
-    ) -> MaterialId {
+    ) -> Option<Material> {
         let entity = &self.entities[index].entity;
         let model = match entity.kind.value.as_str() {
-            "" | "none" => return MaterialId::NONE,
-            _ => model(entity, shape, textures, diagnostics),
+            "" | "none" => return None,
+            "mix" => self.mix(index, shape, textures, diagnostics),
+            _ => {
+                let instead = "\"matte\" is used";
+                match lookup(Family::Material, &entity.kind, instead, diagnostics) {
+                    Some(plugin) => ModelReader::new(plugin, entity, shape, textures, diagnostics)
+                        .model(plugin.schema.name),
+                    None => models::default_matte(),
+                }
+            }
         };
-        self.built.push(Material { model });
-        MaterialId::new(self.built.len() - 1)
+        Some(Material { model })
+    }
+
+    fn mix(
+        &mut self,
+        index: usize,
+        shape: Option<&ShapeEntity>,
+        textures: &mut TextureBuilder,
+        diagnostics: &mut Diagnostics,
+    ) -> Model {
+        let [first, second] = ["namedmaterial1", "namedmaterial2"]
+            .map(|name| self.part(index, name, textures, diagnostics));
+        let entity = &self.entities[index].entity;
+        let Some(plugin) = Family::Material.find("mix") else {
+            return models::default_matte();
+        };
+        let amount = ModelReader::new(plugin, entity, shape, textures, diagnostics).amount();
+        Model::Mix(Mix {
+            first,
+            second,
+            amount,
+        })
+    }
+
+    /// A part of a mixture. One that is unknown, or null, is a matte with the parameters of the mixture.
+    fn part(
+        &mut self,
+        index: usize,
+        name: &str,
+        textures: &mut TextureBuilder,
+        diagnostics: &mut Diagnostics,
+    ) -> MaterialId {
+        let mix = &self.entities[index];
+        let params = &mix.entity.params.params;
+        let named = mix.materials.iter().find(|(i, _)| params[*i].name == name);
+        // What is unknown was reported where names are resolved.
+        if let Some((i, Some(MaterialRef(part)))) = named {
+            match self.ids.get(*part as usize) {
+                Some(&Some(id)) if id.is_some() => return id,
+                _ => diagnostics.push(null_part(params[*i].value_span)),
+            }
+        }
+        let matte = match Family::Material.find("matte") {
+            Some(plugin) => {
+                // Its own findings would speak of parameters that the mixture is checked for.
+                let mut silent = Diagnostics::default();
+                ModelReader::new(plugin, &mix.entity, None, textures, &mut silent).matte()
+            }
+            None => models::default_matte(),
+        };
+        self.push(Material { model: matte })
+    }
+
+    /// The material itself, or the first part of a mixture of too many lobes.
+    fn within_limits(
+        &self,
+        id: MaterialId,
+        index: usize,
+        diagnostics: &mut Diagnostics,
+    ) -> MaterialId {
+        if !id.is_some() || self.built.max_lobes(id) <= MAX_LOBES {
+            return id;
+        }
+        let Model::Mix(mix) = &self.built.list[id.index()].model else {
+            return id;
+        };
+        let message = format!(
+            "this mixture has {} lobes, more than the {MAX_LOBES} that a surface may have",
+            self.built.max_lobes(id)
+        );
+        let span = self.entities[index].entity.kind.span;
+        diagnostics.push(
+            Diagnostic::error("too-many-lobes", span, message)
+                .with_label("its first material is used alone"),
+        );
+        mix.first
     }
 }
 
-fn model(
-    entity: &crate::describe::description::Entity,
-    shape: Option<&ShapeEntity>,
-    textures: &mut TextureBuilder,
-    diagnostics: &mut Diagnostics,
-) -> Model {
-    const INSTEAD: &str = "\"matte\" is used";
-    let default_matte = Model::Matte(Matte {
-        kd: SpectrumSource::Constant(Rgb::splat(0.5)),
-        sigma: FloatSource::Constant(0.0),
-    });
-    let Some(plugin) = lookup(Family::Material, &entity.kind, INSTEAD, diagnostics) else {
-        return default_matte;
-    };
-    // Findings of texture look-ups come after those of the reader, which borrows the list.
-    let mut later = Diagnostics::default();
-    let mut p = match shape.and_then(|s| s.private_material.as_ref().map(|t| (s, t))) {
-        Some((shape, bindings)) => {
-            ParamReader::overridden(plugin, entity, bindings, &shape.entity, diagnostics)
-        }
-        None => ParamReader::new(plugin, entity, diagnostics),
-    };
-    let model = match plugin.schema.name {
-        "matte" => Model::Matte(Matte {
-            kd: textures.spectrum_source(p.spectrum_texture("Kd"), 0.5, &mut later),
-            sigma: textures.float_source(p.float_texture("sigma"), 0.0, &mut later),
-        }),
-        "mirror" => Model::Mirror(Mirror {
-            kr: textures.spectrum_source(p.spectrum_texture("Kr"), 0.9, &mut later),
-        }),
-        "glass" => glass(&mut p, textures, &mut later),
-        "hair" => hair::read(&mut p, textures, &mut later),
-        name => {
-            let what = format!("the material \"{name}\"");
-            p.report(unsupported(&what, entity.kind.span, INSTEAD));
-            default_matte
-        }
-    };
-    if matches!(plugin.schema.name, "matte" | "mirror" | "glass") && p.is_given("bumpmap") {
-        let span = p.span("bumpmap");
-        p.report(unsupported("\"bumpmap\"", span, "the surface stays smooth"));
-    }
-    p.finish();
-    for diagnostic in later.list {
-        diagnostics.push(diagnostic);
-    }
-    model
-}
-
-fn glass(p: &mut ParamReader, textures: &mut TextureBuilder, later: &mut Diagnostics) -> Model {
-    for name in ["uroughness", "vroughness"] {
-        let value = p.float_texture(name);
-        if textures.float_source(value, 0.0, later) != FloatSource::Constant(0.0) {
-            let span = p.span(name);
-            p.report(unsupported("rough glass", span, "smooth glass is used"));
-        }
-    }
-    let mut eta = textures.float_source(p.float_texture("eta"), 1.5, later);
-    if let FloatSource::Constant(index) = eta
-        && !(index > 0.0)
-    {
-        let span = p.span("eta");
-        let message = format!("an index of refraction of {index} is impossible");
-        p.report(Diagnostic::error("bad-index", span, message).with_label("1.5 is used"));
-        eta = FloatSource::Constant(1.5);
-    }
-    Model::Glass(Glass {
-        kr: textures.spectrum_source(p.spectrum_texture("Kr"), 1.0, later),
-        kt: textures.spectrum_source(p.spectrum_texture("Kt"), 1.0, later),
-        eta,
-    })
+fn null_part(span: Span) -> Diagnostic {
+    Diagnostic::error("null-in-mix", span, "the null material cannot be mixed")
+        .with_label("matte is used instead")
+        .with_help("\"uber\" with an \"opacity\" lets light pass in part")
 }

@@ -99,7 +99,7 @@ fn build(
 
     let mut builders = geometry::Builders {
         media: media::Media::new(frame, &space, assets, integrator.volumetric),
-        textures: textures::TextureBuilder::new(frame, assets),
+        textures: textures::TextureBuilder::new(frame, &space, assets),
         materials: materials::MaterialBuilder::new(frame),
         assets,
     };

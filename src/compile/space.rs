@@ -86,6 +86,11 @@ impl RenderSpace {
         self.scale
     }
 
+    /// The way back.
+    pub(super) fn world_from_render(&self) -> Transform {
+        self.render_from_world.inverse()
+    }
+
     /// Composes with a transform to world space.
     pub(super) fn place(&self, world_from_local: &Transform) -> Transform {
         self.render_from_world.compose(world_from_local)

@@ -134,12 +134,8 @@ pub fn encode(
     }
 }
 
-/// True for the extensions whose files hold sRGB by convention, so that `gamma` defaults to true.
-pub fn is_gamma_encoded(extension: &str) -> bool {
-    matches!(format_of(extension), Ok(Format::Png | Format::Tga))
-}
-
-/// True for the extensions whose files are read as 8-bit codes, which pictures hold in sRGB.
+/// True for the extensions whose files are read as 8-bit codes, which pictures hold in sRGB, so that `gamma` defaults
+/// to true.
 pub fn is_eight_bit(extension: &str) -> bool {
     matches!(
         format_of(extension),

@@ -96,6 +96,11 @@ impl MipMap {
         Self { levels, wrap }
     }
 
+    /// What lies beyond the border.
+    pub fn wrap(&self) -> Wrap {
+        self.wrap
+    }
+
     /// Number of levels; 1 for a single texel.
     pub fn n_levels(&self) -> usize {
         self.levels.len()

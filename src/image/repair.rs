@@ -2,12 +2,21 @@
 
 use crate::image::Image;
 
+/// What samples may be.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Samples {
+    /// Light and reflectances.
+    NonNegative,
+    /// Heights too, which have two sides.
+    Finite,
+}
+
 /// What [`repair`] changed, in samples (a pixel has one or three).
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
 pub struct Repairs {
     /// NaN, now 0.
     pub nan: usize,
-    /// Below 0 or minus infinity, now 0.
+    /// Minus infinity, or below 0 where that may not be; now 0.
     pub negative: usize,
     /// Plus infinity, now the largest finite sample of the image, or 0 when there is none.
     pub infinite: usize,
@@ -20,8 +29,12 @@ impl Repairs {
     }
 }
 
-/// Makes every sample finite and not negative.
-pub fn repair(image: &mut Image) -> Repairs {
+/// Makes every sample what `samples` says.
+pub fn repair(image: &mut Image, samples: Samples) -> Repairs {
+    let lowest = match samples {
+        Samples::NonNegative => 0.0,
+        Samples::Finite => f32::MIN,
+    };
     let largest = image
         .data()
         .iter()
@@ -32,7 +45,7 @@ pub fn repair(image: &mut Image) -> Repairs {
     for sample in image.data_mut() {
         let (count, value) = if sample.is_nan() {
             (&mut repairs.nan, 0.0)
-        } else if *sample < 0.0 {
+        } else if *sample < lowest {
             (&mut repairs.negative, 0.0)
         } else if sample.is_infinite() {
             (&mut repairs.infinite, largest)

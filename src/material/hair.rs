@@ -11,13 +11,13 @@
 //!
 //! The place across the fibre is the surface parameter v, as on curves. There is no `bumpmap`.
 
-use crate::material::Inputs;
+use crate::material::{Input, Inputs};
 use crate::scatter::hair::{self, sigma_a_from_color, sigma_a_from_melanin};
 use crate::scatter::{Bsdf, Bxdf};
 use crate::texture::{FloatSource, SpectrumSource};
 
 /// What a fibre absorbs.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, PartialEq, Debug)]
 pub enum Pigment {
     /// `"sigma_a"`, per fibre diameter.
     Absorption(SpectrumSource),
@@ -28,7 +28,7 @@ pub enum Pigment {
 }
 
 /// Inputs of the hair material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Hair {
     /// What it absorbs.
     pub pigment: Pigment,
@@ -44,9 +44,7 @@ pub struct Hair {
 
 impl Hair {
     pub(super) fn scatter(&self, at: &Inputs, bsdf: &mut Bsdf) {
-        // A texture can say anything; without a possible index there is no interface.
-        let eta = Some(at.float(self.eta)).filter(|eta| *eta > 0.0 && eta.is_finite());
-        let eta = eta.unwrap_or(1.0);
+        let eta = at.index_of_refraction(self.eta);
         let beta_n = at.float(self.beta_n).clamp(0.0, 1.0);
         let sigma_a = match self.pigment {
             Pigment::Absorption(sigma_a) => at.reflectance(sigma_a),
@@ -55,7 +53,7 @@ impl Hair {
                 sigma_a_from_melanin(at.float(eumelanin), at.float(pheomelanin))
             }
         };
-        let h = 2.0 * at.surface.uv[1] - 1.0;
+        let h = 2.0 * at.ctx.uv[1] - 1.0;
         bsdf.set_eta(eta);
         bsdf.add(Bxdf::Hair(hair::Hair::new(
             h,
@@ -67,17 +65,12 @@ impl Hair {
         )));
     }
 
-    /// Whether any input needs the footprint of the camera's pixel.
-    pub(super) fn needs_footprint(&self) -> bool {
-        let spectrum = |s: SpectrumSource| matches!(s, SpectrumSource::Texture(_));
-        let float = |s: FloatSource| matches!(s, FloatSource::Texture(_));
-        let pigment = match self.pigment {
-            Pigment::Absorption(source) | Pigment::Color(source) => spectrum(source),
-            Pigment::Melanin(eumelanin, pheomelanin) => float(eumelanin) || float(pheomelanin),
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        let mut inputs = match self.pigment {
+            Pigment::Absorption(source) | Pigment::Color(source) => vec![source.into()],
+            Pigment::Melanin(eumelanin, pheomelanin) => vec![eumelanin.into(), pheomelanin.into()],
         };
-        pigment
-            || [self.eta, self.beta_m, self.beta_n, self.alpha]
-                .map(float)
-                .contains(&true)
+        inputs.extend([self.eta, self.beta_m, self.beta_n, self.alpha].map(Input::from));
+        inputs
     }
 }

@@ -4,14 +4,15 @@
 //! |---|---|---|
 //! | `spectrum texture Kd` | 0.5 | diffuse reflectance |
 //! | `float texture sigma` | 0 | roughness of the Oren–Nayar model, degrees |
+//! | `float texture bumpmap` | – | displacement |
 
-use crate::material::Inputs;
+use crate::material::{Input, Inputs};
 use crate::scatter::diffuse::Diffuse;
 use crate::scatter::{Bsdf, Bxdf};
 use crate::texture::{FloatSource, SpectrumSource};
 
 /// Inputs of the matte material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Matte {
     /// `"Kd"`, clamped to ≥ 0 where it is evaluated.
     pub kd: SpectrumSource,
@@ -25,5 +26,9 @@ impl Matte {
         if !kd.is_black() {
             bsdf.add(Bxdf::Diffuse(Diffuse::new(kd, at.float(self.sigma))));
         }
+    }
+
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        vec![self.kd.into(), self.sigma.into()]
     }
 }

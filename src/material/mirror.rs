@@ -3,13 +3,14 @@
 //! | parameter | default | meaning |
 //! |---|---|---|
 //! | `spectrum texture Kr` | 0.9 | reflectance, the same at every angle |
+//! | `float texture bumpmap` | – | displacement |
 
-use crate::material::Inputs;
+use crate::material::{Input, Inputs};
 use crate::scatter::{Bsdf, Bxdf, specular};
 use crate::texture::SpectrumSource;
 
 /// Inputs of the mirror material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Mirror {
     /// `"Kr"`, clamped to ≥ 0 where it is evaluated.
     pub kr: SpectrumSource,
@@ -21,5 +22,9 @@ impl Mirror {
         if !kr.is_black() {
             bsdf.add(Bxdf::Mirror(specular::Mirror { kr }));
         }
+    }
+
+    pub(super) fn inputs(&self) -> Vec<Input> {
+        vec![self.kr.into()]
     }
 }

@@ -5,7 +5,14 @@
 pub mod glass;
 pub mod hair;
 pub mod matte;
+pub mod metal;
 pub mod mirror;
+pub mod mix;
+pub mod plastic;
+pub mod roughness;
+pub mod substrate;
+pub mod translucent;
+pub mod uber;
 
 use crate::ids::MaterialId;
 use crate::math::Frame;
@@ -16,23 +23,42 @@ use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
 pub use glass::Glass;
 pub use hair::Hair;
 pub use matte::Matte;
+pub use metal::Metal;
 pub use mirror::Mirror;
+pub use mix::Mix;
+pub use plastic::Plastic;
+pub use roughness::Roughness;
+pub use substrate::Substrate;
+pub use translucent::Translucent;
+pub use uber::Uber;
 
 /// The family of a material, with its inputs.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub enum Model {
     /// Diffuse.
     Matte(Matte),
+    /// Diffuse with a glossy coat.
+    Plastic(Plastic),
+    /// Thin sheet, reflecting and transmitting.
+    Translucent(Translucent),
+    /// Dielectric, smooth or rough.
+    Glass(Glass),
     /// Perfect mirror.
     Mirror(Mirror),
-    /// Smooth dielectric.
-    Glass(Glass),
+    /// Conductor.
+    Metal(Metal),
+    /// Diffuse under a rough coat.
+    Substrate(Substrate),
+    /// A bit of everything.
+    Uber(Uber),
     /// Hair fibre.
     Hair(Hair),
+    /// Two other materials.
+    Mix(Mix),
 }
 
 /// A material.
-#[derive(Clone, Debug)]
+#[derive(Clone, PartialEq, Debug)]
 pub struct Material {
     /// What it scatters.
     pub model: Model,
@@ -41,14 +67,34 @@ pub struct Material {
 /// All materials of a world.
 #[derive(Clone, Debug, Default)]
 pub struct Materials {
-    /// The materials, addressed by [`MaterialId`].
+    /// The materials, addressed by [`MaterialId`]. The parts of a mixture come before it.
     pub list: Vec<Material>,
+}
+
+/// An input of a material, of either kind.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Input {
+    /// Scalar.
+    Float(FloatSource),
+    /// Colour.
+    Spectrum(SpectrumSource),
+}
+
+impl From<FloatSource> for Input {
+    fn from(source: FloatSource) -> Self {
+        Self::Float(source)
+    }
+}
+
+impl From<SpectrumSource> for Input {
+    fn from(source: SpectrumSource) -> Self {
+        Self::Spectrum(source)
+    }
 }
 
 /// Where a material is evaluated, and the textures it reads.
 #[derive(Clone, Copy, Debug)]
 pub struct Inputs<'a> {
-    surface: &'a SurfacePoint,
     ctx: &'a TextureContext,
     textures: &'a Textures,
 }
@@ -60,10 +106,27 @@ impl Inputs<'_> {
         self.textures.float(source, self.ctx)
     }
 
+    /// A colour input as it is.
+    #[inline]
+    fn spectrum(&self, source: SpectrumSource) -> Rgb {
+        self.textures.spectrum(source, self.ctx)
+    }
+
     /// A reflectance, transmittance or similar colour: clamped to ≥ 0, not above.
     #[inline]
     fn reflectance(&self, source: SpectrumSource) -> Rgb {
-        self.textures.spectrum(source, self.ctx).clamp_negative()
+        self.spectrum(source).clamp_negative()
+    }
+
+    /// An index of refraction. A texture can say anything; without a possible index there is no interface.
+    #[inline]
+    fn index_of_refraction(&self, source: FloatSource) -> f32 {
+        let eta = self.float(source);
+        if eta > 0.0 && eta.is_finite() {
+            eta
+        } else {
+            1.0
+        }
     }
 }
 
@@ -76,12 +139,8 @@ impl Materials {
         ctx: &TextureContext,
         textures: &Textures,
     ) -> Bsdf {
-        let at = Inputs {
-            surface,
-            ctx,
-            textures,
-        };
-        let frame = Frame::from_normal_tangent(at.surface.ns, at.surface.tangent);
+        let at = Inputs { ctx, textures };
+        let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
         let mut bsdf = Bsdf::new(frame, surface.ng);
         self.scatter(id, &at, &mut bsdf);
         bsdf
@@ -90,30 +149,71 @@ impl Materials {
     fn scatter(&self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf) {
         match &self.list[id.index()].model {
             Model::Matte(matte) => matte.scatter(at, bsdf),
-            Model::Mirror(mirror) => mirror.scatter(at, bsdf),
+            Model::Plastic(plastic) => plastic.scatter(at, bsdf),
+            Model::Translucent(translucent) => translucent.scatter(at, bsdf),
             Model::Glass(glass) => glass.scatter(at, bsdf),
+            Model::Mirror(mirror) => mirror.scatter(at, bsdf),
+            Model::Metal(metal) => metal.scatter(at, bsdf),
+            Model::Substrate(substrate) => substrate.scatter(at, bsdf),
+            Model::Uber(uber) => uber.scatter(at, bsdf),
             Model::Hair(hair) => hair.scatter(at, bsdf),
+            Model::Mix(mix) => self.scatter_mix(mix, at, bsdf),
         }
     }
 
+    fn scatter_mix(&self, mix: &Mix, at: &Inputs, bsdf: &mut Bsdf) {
+        let first = at.reflectance(mix.amount);
+        let second = (Rgb::ONE - first).clamp_negative();
+        // The first material sets the index, whatever its weight.
+        bsdf.scaled(first, |bsdf| self.scatter(mix.first, at, bsdf));
+        let eta = bsdf.eta();
+        bsdf.scaled(second, |bsdf| self.scatter(mix.second, at, bsdf));
+        bsdf.set_eta(eta);
+    }
+
     /// Whether any input of any material needs the footprint of the camera's pixel.
-    pub fn need_footprint(&self) -> bool {
-        self.list
+    pub fn need_footprint(&self, textures: &Textures) -> bool {
+        let inputs = self
+            .list
             .iter()
-            .any(|material| material.model.needs_footprint())
+            .flat_map(|material| material.model.inputs());
+        inputs.into_iter().any(|input| match input {
+            Input::Float(source) => textures.needs_footprint(source),
+            Input::Spectrum(source) => textures.needs_footprint(source),
+        })
+    }
+
+    /// Most lobes a material adds to a scattering function.
+    pub fn max_lobes(&self, id: MaterialId) -> usize {
+        match &self.list[id.index()].model {
+            Model::Matte(_)
+            | Model::Glass(_)
+            | Model::Mirror(_)
+            | Model::Metal(_)
+            | Model::Substrate(_)
+            | Model::Hair(_) => 1,
+            Model::Plastic(_) => 2,
+            Model::Translucent(_) => 3,
+            Model::Uber(_) => 4,
+            Model::Mix(mix) => self.max_lobes(mix.first) + self.max_lobes(mix.second),
+        }
     }
 }
 
 impl Model {
-    /// Whether any input needs the footprint of the camera's pixel.
-    fn needs_footprint(&self) -> bool {
-        let spectrum = |s: SpectrumSource| matches!(s, SpectrumSource::Texture(_));
-        let float = |s: FloatSource| matches!(s, FloatSource::Texture(_));
+    /// All inputs; of a mixture, its own.
+    fn inputs(&self) -> Vec<Input> {
         match self {
-            Self::Matte(m) => spectrum(m.kd) || float(m.sigma),
-            Self::Mirror(m) => spectrum(m.kr),
-            Self::Glass(m) => spectrum(m.kr) || spectrum(m.kt) || float(m.eta),
-            Self::Hair(m) => m.needs_footprint(),
+            Self::Matte(matte) => matte.inputs(),
+            Self::Plastic(plastic) => plastic.inputs(),
+            Self::Translucent(translucent) => translucent.inputs(),
+            Self::Glass(glass) => glass.inputs(),
+            Self::Mirror(mirror) => mirror.inputs(),
+            Self::Metal(metal) => metal.inputs(),
+            Self::Substrate(substrate) => substrate.inputs(),
+            Self::Uber(uber) => uber.inputs(),
+            Self::Hair(hair) => hair.inputs(),
+            Self::Mix(mix) => vec![mix.amount.into()],
         }
     }
 }

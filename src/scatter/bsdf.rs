@@ -3,6 +3,7 @@
 use arrayvec::ArrayVec;
 
 use crate::math::{Frame, Normal3, Vec3};
+use crate::sampling::rng::ONE_MINUS_EPSILON;
 use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
 use crate::scatter::fresnel_blend::FresnelBlend;
 use crate::scatter::hair::Hair;
@@ -223,8 +224,11 @@ impl Bsdf {
         &self.frame
     }
 
-    /// Adds a lobe; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
+    /// Adds a lobe, unless the current factor is black; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
     pub fn add(&mut self, bxdf: Bxdf) {
+        if self.scale.is_black() {
+            return;
+        }
         let added = self.lobes.try_push(Lobe {
             bxdf,
             scale: self.scale,
@@ -305,7 +309,7 @@ impl Bsdf {
         let n_lobes = self.lobes.len();
         let place = u_lobe * n_lobes as f32;
         let index = (place as usize).min(n_lobes - 1);
-        let u_part = (place - index as f32).min(1.0f32.next_down());
+        let u_part = (place - index as f32).min(ONE_MINUS_EPSILON);
         let chosen = &self.lobes[index];
         match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
             LobeSample::Specular(sample) => Some(BsdfSample {

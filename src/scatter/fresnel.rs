@@ -62,14 +62,14 @@ pub fn dielectric(cos_i: f32, eta_outside: f32, eta_inside: f32) -> f32 {
 /// Greatest index of a conductor; beyond it, the reflectance is 1 to four digits.
 const MAX_CONDUCTOR_INDEX: f32 = 1e5;
 
-/// Reflectance of a smooth conductor in vacuum, of index `eta` + i `k` (both ≥ 0), at `cos_i` ≥ 0.
+/// Reflectance of a smooth conductor in vacuum, of index `eta` + i `k` (of any sign), at `cos_i` ≥ 0.
 ///
 /// The exact equations (Born and Wolf; in the form of Lagarde 2013, "Memo on Fresnel equations").
 pub fn conductor(cos_i: f32, eta: f32, k: f32) -> f32 {
     let cos_i = cos_i.clamp(0.0, 1.0);
     let (eta, k) = (
-        eta.clamp(0.0, MAX_CONDUCTOR_INDEX),
-        k.clamp(0.0, MAX_CONDUCTOR_INDEX),
+        eta.abs().min(MAX_CONDUCTOR_INDEX),
+        k.abs().min(MAX_CONDUCTOR_INDEX),
     );
     let (cos2, sin2) = (cos_i * cos_i, (1.0 - cos_i) * (1.0 + cos_i));
     let (eta2, k2) = (eta * eta, k * k);

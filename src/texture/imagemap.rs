@@ -7,11 +7,11 @@
 //! | `bool trilinear` | false | isotropic filter instead of the elliptical one |
 //! | `float maxanisotropy` | 8 | longest ellipse of the elliptical filter |
 //! | `float scale` | 1 | multiplies the values, after gamma |
-//! | `bool gamma` | true for png and tga | values are sRGB-encoded |
+//! | `bool gamma` | true for png, tga and jpg | values are sRGB-encoded |
 
 use crate::ids::ImageId;
-use crate::image::mip::{MipMap, Texel};
-use crate::texture::{TextureContext, UvMapping};
+use crate::image::mip::{MipMap, Wrap};
+use crate::texture::{Mapping2, TextureContext, Value};
 
 /// How an image is filtered under a footprint.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -30,21 +30,25 @@ pub enum Filter {
 pub struct ImageTexture {
     /// The image.
     pub image: ImageId,
-    /// From surface parameters to image coordinates.
-    pub mapping: UvMapping,
+    /// From surface points to image coordinates.
+    pub mapping: Mapping2,
     /// The filter.
     pub filter: Filter,
 }
 
 impl ImageTexture {
     /// The filtered value at a surface point.
-    pub fn evaluate<T: Texel>(&self, image: &MipMap, ctx: &TextureContext) -> T {
+    pub(super) fn evaluate<V: Value>(&self, image: &MipMap, ctx: &TextureContext) -> V {
         let at = self.mapping.map(ctx);
+        // Whole repeats go before single precision takes digits from what is left.
+        let st = match image.wrap() {
+            Wrap::Repeat => at.st - at.st.floor(),
+            Wrap::Black | Wrap::Clamp => at.st,
+        };
+        let st = st.as_vec2();
         match self.filter {
-            Filter::Trilinear => image.trilinear_footprint(at.st, at.dst_dx, at.dst_dy),
-            Filter::Ewa { max_anisotropy } => {
-                image.ewa(at.st, at.dst_dx, at.dst_dy, max_anisotropy)
-            }
+            Filter::Trilinear => image.trilinear_footprint(st, at.dst_dx, at.dst_dy),
+            Filter::Ewa { max_anisotropy } => image.ewa(st, at.dst_dx, at.dst_dy, max_anisotropy),
         }
     }
 }

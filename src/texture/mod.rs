@@ -1,14 +1,41 @@
 //! Textures: values that vary over surfaces. Knows images and mappings, no materials and no files.
+//!
+//! One file for each class of the scene format. Scalar and colour textures share their shape: what differs between
+//! them is [`Value`]. Class `constant` is [`Source::Constant`]; class `ptex` is not read.
 
+pub mod bilerp;
+pub mod checkerboard;
+pub mod dots;
+pub mod fbm;
 pub mod imagemap;
 pub mod mapping;
+pub mod marble;
+pub mod mix;
+pub mod noise;
+mod permutation;
+pub mod scale;
+pub mod uv;
+mod value;
+pub mod windy;
+pub mod wrinkled;
 
-use crate::ids::{FloatTextureId, ImageId, SpectrumTextureId};
+use crate::ids::{ImageId, TextureId};
 use crate::image::mip::MipMap;
 use crate::math::{Point3, Vec3};
 use crate::spectrum::Rgb;
+pub use bilerp::Bilerp;
+pub use checkerboard::{Checkerboard2, Checkerboard3, Smoothing};
+pub use dots::Dots;
+pub use fbm::Fbm;
 pub use imagemap::{Filter, ImageTexture};
-pub use mapping::UvMapping;
+pub use mapping::{Mapping2, Mapping3, UvMapping};
+pub use marble::Marble;
+pub use mix::Mix;
+pub use scale::Scale;
+pub use uv::Uv;
+pub use value::Value;
+pub use windy::Windy;
+pub use wrinkled::Wrinkled;
 
 /// Where a texture is evaluated: a surface point with the footprint of the camera's pixel on it.
 #[derive(Clone, Copy, Debug)]
@@ -27,73 +54,163 @@ pub struct TextureContext {
     pub dp_dy: Vec3,
 }
 
-/// A scalar input of a material: folded to a constant at load wherever it is one.
+/// An input of a material or of another texture: folded to a constant at load wherever it is one.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub enum FloatSource {
+pub enum Source<V> {
     /// The same everywhere.
-    Constant(f32),
+    Constant(V),
     /// Looked up at each point.
-    Texture(FloatTextureId),
+    Texture(TextureId),
 }
 
-/// A colour input of a material: folded to a constant at load wherever it is one.
-#[derive(Clone, Copy, PartialEq, Debug)]
-pub enum SpectrumSource {
-    /// The same everywhere.
-    Constant(Rgb),
-    /// Looked up at each point.
-    Texture(SpectrumTextureId),
-}
+/// A scalar input.
+pub type FloatSource = Source<f32>;
 
-/// A scalar texture.
+/// A colour input.
+pub type SpectrumSource = Source<Rgb>;
+
+/// A texture that varies. The scene format has the last two for colours only.
 #[derive(Clone, Debug)]
-pub enum FloatTexture {
+pub enum Texture<V> {
+    /// Product.
+    Scale(Scale<V>),
+    /// Blend.
+    Mix(Mix<V>),
+    /// Corner values, interpolated.
+    Bilerp(Bilerp<V>),
     /// Image.
     Image(ImageTexture),
+    /// Squares.
+    Checkerboard2(Checkerboard2<V>),
+    /// Cubes.
+    Checkerboard3(Checkerboard3<V>),
+    /// Random dots.
+    Dots(Dots<V>),
+    /// Layers of noise.
+    Fbm(Fbm),
+    /// Layers of absolute noise.
+    Wrinkled(Wrinkled),
+    /// Waves.
+    Windy(Windy),
+    /// Texture coordinates as colours.
+    Uv(Uv),
+    /// Veins.
+    Marble(Marble),
 }
 
-/// A colour texture.
+/// The textures of one value type, inputs before those that use them.
 #[derive(Clone, Debug)]
-pub enum SpectrumTexture {
-    /// Image.
-    Image(ImageTexture),
+pub struct Arena<V> {
+    textures: Vec<Texture<V>>,
+    /// Whether each looks at the footprint, itself or through an input.
+    needs_footprint: Vec<bool>,
+}
+
+impl<V> Default for Arena<V> {
+    fn default() -> Self {
+        Self {
+            textures: Vec::new(),
+            needs_footprint: Vec::new(),
+        }
+    }
 }
 
 /// All textures of a world and the images behind them.
 #[derive(Clone, Debug, Default)]
 pub struct Textures {
-    /// Scalar textures.
-    pub float: Vec<FloatTexture>,
-    /// Colour textures.
-    pub spectrum: Vec<SpectrumTexture>,
-    /// Images, already linear and scaled, bottom row first.
-    pub images: Vec<MipMap>,
+    float: Arena<f32>,
+    spectrum: Arena<Rgb>,
+    /// Already linear and scaled, bottom row first.
+    images: Vec<MipMap>,
 }
 
 impl Textures {
+    /// Adds a texture. Its inputs and its image must come from the same `Textures`.
+    pub fn add<V: Value>(&mut self, texture: Texture<V>) -> Source<V> {
+        let needs_footprint = texture.needs_footprint(self);
+        let arena = V::arena_mut(self);
+        arena.textures.push(texture);
+        arena.needs_footprint.push(needs_footprint);
+        Source::Texture(TextureId::new(arena.textures.len() - 1))
+    }
+
+    /// Adds an image: linear and scaled, bottom row first.
+    pub fn add_image(&mut self, image: MipMap) -> ImageId {
+        self.images.push(image);
+        ImageId::new(self.images.len() - 1)
+    }
+
     /// Value of a scalar input.
     #[inline]
     pub fn float(&self, source: FloatSource, ctx: &TextureContext) -> f32 {
-        match source {
-            FloatSource::Constant(value) => value,
-            FloatSource::Texture(id) => match &self.float[id.index()] {
-                FloatTexture::Image(texture) => texture.evaluate(self.image(texture.image), ctx),
-            },
-        }
+        self.evaluate(source, ctx)
     }
 
     /// Value of a colour input.
     #[inline]
     pub fn spectrum(&self, source: SpectrumSource, ctx: &TextureContext) -> Rgb {
+        self.evaluate(source, ctx)
+    }
+
+    /// Value of any input.
+    #[inline]
+    pub fn evaluate<V: Value>(&self, source: Source<V>, ctx: &TextureContext) -> V {
         match source {
-            SpectrumSource::Constant(value) => value,
-            SpectrumSource::Texture(id) => match &self.spectrum[id.index()] {
-                SpectrumTexture::Image(texture) => texture.evaluate(self.image(texture.image), ctx),
-            },
+            Source::Constant(value) => value,
+            Source::Texture(id) => V::arena(self).textures[id.index()].evaluate(ctx, self),
         }
+    }
+
+    /// Whether an input looks at the footprint of the camera's pixel. Where none does, none need be computed.
+    pub fn needs_footprint<V: Value>(&self, source: Source<V>) -> bool {
+        match source {
+            Source::Constant(_) => false,
+            Source::Texture(id) => V::arena(self).needs_footprint[id.index()],
+        }
+    }
+
+    /// Number of images.
+    pub fn n_images(&self) -> usize {
+        self.images.len()
     }
 
     fn image(&self, id: ImageId) -> &MipMap {
         &self.images[id.index()]
+    }
+}
+
+impl<V: Value> Texture<V> {
+    /// Calls itself as deep as textures are nested, which is bounded at load.
+    fn evaluate(&self, ctx: &TextureContext, textures: &Textures) -> V {
+        match self {
+            Self::Scale(scale) => scale.evaluate(ctx, textures),
+            Self::Mix(mix) => mix.evaluate(ctx, textures),
+            Self::Bilerp(bilerp) => bilerp.evaluate(ctx),
+            Self::Image(image) => image.evaluate(textures.image(image.image), ctx),
+            Self::Checkerboard2(board) => board.evaluate(ctx, textures),
+            Self::Checkerboard3(board) => board.evaluate(ctx, textures),
+            Self::Dots(dots) => dots.evaluate(ctx, textures),
+            Self::Fbm(fbm) => V::splat(fbm.evaluate(ctx)),
+            Self::Wrinkled(wrinkled) => V::splat(wrinkled.evaluate(ctx)),
+            Self::Windy(windy) => V::splat(windy.evaluate(ctx)),
+            Self::Uv(uv) => V::from_rgb(uv.evaluate(ctx)),
+            Self::Marble(marble) => V::from_rgb(marble.evaluate(ctx)),
+        }
+    }
+
+    fn needs_footprint(&self, textures: &Textures) -> bool {
+        let any = |inputs: &[Source<V>]| inputs.iter().any(|&s| textures.needs_footprint(s));
+        match self {
+            Self::Scale(scale) => any(&scale.factors),
+            Self::Mix(mix) => any(&mix.ends) || textures.needs_footprint(mix.amount),
+            Self::Bilerp(_) | Self::Uv(_) => false,
+            Self::Checkerboard2(board) => {
+                board.smoothing == Smoothing::ClosedForm || any(&board.fields)
+            }
+            Self::Checkerboard3(board) => any(&board.fields),
+            Self::Dots(dots) => any(&[dots.ground, dots.dot]),
+            Self::Image(_) | Self::Fbm(_) | Self::Wrinkled(_) => true,
+            Self::Windy(_) | Self::Marble(_) => true,
+        }
     }
 }

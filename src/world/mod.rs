@@ -160,7 +160,7 @@ impl World {
             has_null_surfaces: parts.geometries.iter().any(|g| !g.material.is_some()),
             has_media: parts.camera_medium.is_some()
                 || parts.geometries.iter().any(|g| g.media.is_some()),
-            needs_footprint: parts.materials.need_footprint(),
+            needs_footprint: parts.materials.need_footprint(&parts.textures),
         };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))

@@ -85,7 +85,7 @@ const IMAGEMAP: PluginSchema = plugin(
                 "filename",
                 &[File],
                 Default::Required,
-                "PNG, TGA, PFM or EXR file.",
+                "PNG, TGA, JPEG, HDR, PFM or EXR file.",
             ),
             choice(
                 "wrap",
@@ -108,7 +108,7 @@ const IMAGEMAP: PluginSchema = plugin(
             param(
                 "gamma",
                 &[super::Type::Bool],
-                Default::Formula("true for .png and .tga"),
+                Default::Formula("true for .png, .tga, .jpg"),
                 "Decodes sRGB.",
             ),
         ],
