@@ -1,6 +1,9 @@
 //! Materials, built when a shape uses them.
 
+mod fourier;
 mod models;
+
+use std::collections::HashMap;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
@@ -9,8 +12,8 @@ use tyndall_parser::source::Span;
 use crate::compile::lookup;
 use crate::compile::textures::TextureBuilder;
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
-use crate::ids::MaterialId;
-use crate::material::{Material, Materials, Mix, Model};
+use crate::ids::{FourierTableId, MaterialId};
+use crate::material::{Fourier, Material, Materials, Mix, Model};
 use crate::scatter::bsdf::MAX_LOBES;
 use models::ModelReader;
 
@@ -21,6 +24,8 @@ pub(super) struct MaterialBuilder {
     ids: Vec<Option<MaterialId>>,
     /// By entity: the latest copy for shapes that override parameters.
     private: Vec<Option<MaterialId>>,
+    /// By file name.
+    tables: HashMap<String, FourierTableId>,
     built: Materials,
 }
 
@@ -31,6 +36,7 @@ impl MaterialBuilder {
             ids: vec![None; entities.len()],
             private: vec![None; entities.len()],
             entities,
+            tables: HashMap::new(),
             built: Materials::default(),
         }
     }
@@ -126,6 +132,7 @@ impl MaterialBuilder {
         let model = match entity.kind.value.as_str() {
             "" | "none" => return None,
             "mix" => self.mix(index, shape, textures, diagnostics),
+            "fourier" => self.fourier(index, shape, textures, diagnostics),
             _ => {
                 let instead = "\"matte\" is used";
                 match lookup(Family::Material, &entity.kind, instead, diagnostics) {
@@ -157,6 +164,25 @@ impl MaterialBuilder {
             second,
             amount,
         })
+    }
+
+    fn fourier(
+        &mut self,
+        index: usize,
+        shape: Option<&ShapeEntity>,
+        textures: &mut TextureBuilder,
+        diagnostics: &mut Diagnostics,
+    ) -> Model {
+        let entity = &self.entities[index].entity;
+        let Some(plugin) = Family::Material.find("fourier") else {
+            return models::default_matte();
+        };
+        let file = ModelReader::new(plugin, entity, shape, textures, diagnostics).table_file();
+        let table = match file {
+            Some(file) => self.table(&file, textures.assets(), diagnostics),
+            None => FourierTableId::NONE,
+        };
+        Model::Fourier(Fourier { table })
     }
 
     /// A part of a mixture. One that is unknown, or null, is a matte with the parameters of the mixture.

@@ -2,6 +2,7 @@
 //!
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
+pub mod fourier;
 pub mod glass;
 pub mod hair;
 pub mod matte;
@@ -17,9 +18,11 @@ pub mod uber;
 use crate::ids::MaterialId;
 use crate::math::Frame;
 use crate::scatter::Bsdf;
+use crate::scatter::fourier::FourierTable;
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
+pub use fourier::Fourier;
 pub use glass::Glass;
 pub use hair::Hair;
 pub use matte::Matte;
@@ -53,6 +56,8 @@ pub enum Model {
     Uber(Uber),
     /// Hair fibre.
     Hair(Hair),
+    /// Table.
+    Fourier(Fourier),
     /// Two other materials.
     Mix(Mix),
 }
@@ -69,6 +74,8 @@ pub struct Material {
 pub struct Materials {
     /// The materials, addressed by [`MaterialId`]. The parts of a mixture come before it.
     pub list: Vec<Material>,
+    /// Tables of fourier materials, addressed by [`crate::ids::FourierTableId`].
+    pub tables: Vec<FourierTable>,
 }
 
 /// An input of a material, of either kind.
@@ -132,13 +139,13 @@ impl Inputs<'_> {
 
 impl Materials {
     /// The scattering function at a surface point.
-    pub fn bsdf(
-        &self,
+    pub fn bsdf<'a>(
+        &'a self,
         id: MaterialId,
         surface: &SurfacePoint,
         ctx: &TextureContext,
         textures: &Textures,
-    ) -> Bsdf {
+    ) -> Bsdf<'a> {
         let at = Inputs { ctx, textures };
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
         let mut bsdf = Bsdf::new(frame, surface.ng);
@@ -146,7 +153,7 @@ impl Materials {
         bsdf
     }
 
-    fn scatter(&self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf) {
+    fn scatter<'a>(&'a self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf<'a>) {
         match &self.list[id.index()].model {
             Model::Matte(matte) => matte.scatter(at, bsdf),
             Model::Plastic(plastic) => plastic.scatter(at, bsdf),
@@ -157,11 +164,12 @@ impl Materials {
             Model::Substrate(substrate) => substrate.scatter(at, bsdf),
             Model::Uber(uber) => uber.scatter(at, bsdf),
             Model::Hair(hair) => hair.scatter(at, bsdf),
+            Model::Fourier(fourier) => fourier.scatter(&self.tables, bsdf),
             Model::Mix(mix) => self.scatter_mix(mix, at, bsdf),
         }
     }
 
-    fn scatter_mix(&self, mix: &Mix, at: &Inputs, bsdf: &mut Bsdf) {
+    fn scatter_mix<'a>(&'a self, mix: &Mix, at: &Inputs, bsdf: &mut Bsdf<'a>) {
         let first = at.reflectance(mix.amount);
         let second = (Rgb::ONE - first).clamp_negative();
         // The first material sets the index, whatever its weight.
@@ -191,7 +199,8 @@ impl Materials {
             | Model::Mirror(_)
             | Model::Metal(_)
             | Model::Substrate(_)
-            | Model::Hair(_) => 1,
+            | Model::Hair(_)
+            | Model::Fourier(_) => 1,
             Model::Plastic(_) => 2,
             Model::Translucent(_) => 3,
             Model::Uber(_) => 4,
@@ -213,6 +222,7 @@ impl Model {
             Self::Substrate(substrate) => substrate.inputs(),
             Self::Uber(uber) => uber.inputs(),
             Self::Hair(hair) => hair.inputs(),
+            Self::Fourier(_) => Vec::new(),
             Self::Mix(mix) => vec![mix.amount.into()],
         }
     }

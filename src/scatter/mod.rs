@@ -5,6 +5,7 @@
 
 pub mod bsdf;
 pub mod diffuse;
+pub mod fourier;
 pub mod fresnel;
 pub mod fresnel_blend;
 pub mod hair;

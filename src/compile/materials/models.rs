@@ -4,6 +4,7 @@ mod hair;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Default, PluginRef};
+use tyndall_parser::source::Spanned;
 
 use crate::compile::reader::{ParamReader, Textured};
 use crate::compile::textures::TextureBuilder;
@@ -89,6 +90,13 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
         }
         self.params.finish();
         amount
+    }
+
+    /// The file of a table, if one is named.
+    pub(super) fn table_file(mut self) -> Option<Spanned<String>> {
+        let file = self.params.file("bsdffile");
+        self.finish();
+        file
     }
 
     /// A matte that stands in for a part of a mixture. Parameters that it does not have are no concern of it.
