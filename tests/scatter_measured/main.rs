@@ -8,6 +8,7 @@ mod probe;
 #[path = "../common/scene.rs"]
 mod scene;
 
+mod fourier;
 mod hair;
 
 /// A scene under a uniform sky of radiance 1, seen from outside along +z.
