@@ -54,6 +54,8 @@ id! {
     ObjectId,
     /// A placement of an object.
     InstanceId,
+    /// A table of a scattering function.
+    FourierTableId,
     /// A decoded image with its pyramid.
     ImageId,
     /// A table of subsurface profiles.

@@ -1,7 +1,10 @@
 //! Materials, built when a shape uses them.
 
+mod fourier;
 mod models;
 mod subsurface;
+
+use std::collections::HashMap;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
@@ -11,8 +14,8 @@ use crate::compile::lookup;
 use crate::compile::space::RenderSpace;
 use crate::compile::textures::TextureBuilder;
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
-use crate::ids::MaterialId;
-use crate::material::{Material, Materials, Mix, Model};
+use crate::ids::{FourierTableId, MaterialId};
+use crate::material::{Fourier, Material, Materials, Mix, Model};
 use crate::scatter::bsdf::MAX_LOBES;
 use models::ModelReader;
 use subsurface::DiffusionTables;
@@ -24,6 +27,8 @@ pub(super) struct MaterialBuilder {
     ids: Vec<Option<MaterialId>>,
     /// By entity: the latest copy for shapes that override parameters.
     private: Vec<Option<MaterialId>>,
+    /// By file name.
+    tables: HashMap<String, FourierTableId>,
     built: Materials,
     diffusion: DiffusionTables,
 }
@@ -35,6 +40,7 @@ impl MaterialBuilder {
             ids: vec![None; entities.len()],
             private: vec![None; entities.len()],
             entities,
+            tables: HashMap::new(),
             built: Materials::default(),
             diffusion: DiffusionTables::new(space.scale()),
         }
@@ -132,6 +138,7 @@ impl MaterialBuilder {
         let model = match entity.kind.value.as_str() {
             "" | "none" => return None,
             "mix" => self.mix(index, shape, textures, diagnostics),
+            "fourier" => self.fourier(index, shape, textures, diagnostics),
             _ => {
                 let instead = "\"matte\" is used";
                 match lookup(Family::Material, &entity.kind, instead, diagnostics) {
@@ -178,6 +185,33 @@ impl MaterialBuilder {
             second,
             amount,
         })
+    }
+
+    fn fourier(
+        &mut self,
+        index: usize,
+        shape: Option<&ShapeEntity>,
+        textures: &mut TextureBuilder,
+        diagnostics: &mut Diagnostics,
+    ) -> Model {
+        let entity = &self.entities[index].entity;
+        let Some(plugin) = Family::Material.find("fourier") else {
+            return models::default_matte();
+        };
+        let file = ModelReader::new(
+            plugin,
+            entity,
+            shape,
+            textures,
+            &mut self.diffusion,
+            diagnostics,
+        )
+        .table_file();
+        let table = match file {
+            Some(file) => self.table(&file, textures.assets(), diagnostics),
+            None => FourierTableId::NONE,
+        };
+        Model::Fourier(Fourier { table })
     }
 
     /// A part of a mixture. One that is unknown, or null, is a matte with the parameters of the mixture.

@@ -2,7 +2,9 @@
 //!
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
+pub mod fourier;
 pub mod glass;
+pub mod hair;
 pub mod kdsubsurface;
 pub mod matte;
 pub mod metal;
@@ -19,11 +21,14 @@ use crate::ids::MaterialId;
 use crate::math::Frame;
 use crate::math::error::EPSILON;
 use crate::scatter::diffusion::DiffusionTable;
+use crate::scatter::fourier::FourierTable;
 use crate::scatter::{Bsdf, Bssrdf};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
+pub use fourier::Fourier;
 pub use glass::Glass;
+pub use hair::Hair;
 pub use kdsubsurface::KdSubsurface;
 pub use matte::Matte;
 pub use metal::Metal;
@@ -59,6 +64,10 @@ pub enum Model {
     Subsurface(Subsurface),
     /// Translucent, by its colour.
     KdSubsurface(KdSubsurface),
+    /// Hair fibre.
+    Hair(Hair),
+    /// Table.
+    Fourier(Fourier),
     /// Two other materials.
     Mix(Mix),
 }
@@ -77,6 +86,8 @@ pub struct Materials {
     pub list: Vec<Material>,
     /// Tables of subsurface profiles, addressed by [`crate::ids::DiffusionTableId`].
     pub diffusion: Vec<DiffusionTable>,
+    /// Tables of fourier materials, addressed by [`crate::ids::FourierTableId`].
+    pub tables: Vec<FourierTable>,
 }
 
 /// Subsurface profiles narrower than this many times the uncertainty of a position are widened to it.
@@ -146,13 +157,13 @@ impl Inputs<'_> {
 
 impl Materials {
     /// The scattering function at a surface point.
-    pub fn bsdf(
-        &self,
+    pub fn bsdf<'a>(
+        &'a self,
         id: MaterialId,
         surface: &SurfacePoint,
         ctx: &TextureContext,
         textures: &Textures,
-    ) -> Bsdf {
+    ) -> Bsdf<'a> {
         let at = Inputs { ctx, textures };
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
         let mut bsdf = Bsdf::new(frame, surface.ng);
@@ -160,7 +171,7 @@ impl Materials {
         bsdf
     }
 
-    fn scatter(&self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf) {
+    fn scatter<'a>(&'a self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf<'a>) {
         match &self.list[id.index()].model {
             Model::Matte(matte) => matte.scatter(at, bsdf),
             Model::Plastic(plastic) => plastic.scatter(at, bsdf),
@@ -172,11 +183,13 @@ impl Materials {
             Model::Uber(uber) => uber.scatter(at, bsdf),
             Model::Subsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
             Model::KdSubsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
+            Model::Hair(hair) => hair.scatter(at, bsdf),
+            Model::Fourier(fourier) => fourier.scatter(&self.tables, bsdf),
             Model::Mix(mix) => self.scatter_mix(mix, at, bsdf),
         }
     }
 
-    fn scatter_mix(&self, mix: &Mix, at: &Inputs, bsdf: &mut Bsdf) {
+    fn scatter_mix<'a>(&'a self, mix: &Mix, at: &Inputs, bsdf: &mut Bsdf<'a>) {
         let first = at.reflectance(mix.amount);
         let second = (Rgb::ONE - first).clamp_negative();
         // The first material sets the index, whatever its weight.
@@ -230,7 +243,9 @@ impl Materials {
             | Model::Metal(_)
             | Model::Subsurface(_)
             | Model::KdSubsurface(_)
-            | Model::Substrate(_) => 1,
+            | Model::Substrate(_)
+            | Model::Hair(_)
+            | Model::Fourier(_) => 1,
             Model::Plastic(_) => 2,
             Model::Translucent(_) => 3,
             Model::Uber(_) => 4,
@@ -253,6 +268,8 @@ impl Model {
             Self::Uber(uber) => uber.inputs(),
             Self::Subsurface(subsurface) => subsurface.inputs(),
             Self::KdSubsurface(subsurface) => subsurface.inputs(),
+            Self::Hair(hair) => hair.inputs(),
+            Self::Fourier(_) => Vec::new(),
             Self::Mix(mix) => vec![mix.amount.into()],
         }
     }

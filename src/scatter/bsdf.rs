@@ -6,7 +6,9 @@ use crate::math::{Frame, Normal3, Vec3};
 use crate::sampling::rng::ONE_MINUS_EPSILON;
 use crate::scatter::bssrdf::SubsurfaceExit;
 use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
+use crate::scatter::fourier::FourierTable;
 use crate::scatter::fresnel_blend::FresnelBlend;
+use crate::scatter::hair::Hair;
 use crate::scatter::rough_dielectric::RoughDielectric;
 use crate::scatter::rough_reflection::RoughReflection;
 use crate::scatter::same_hemisphere;
@@ -51,7 +53,7 @@ impl Sides {
 
 /// One lobe, in the shading frame.
 #[derive(Clone, Copy, Debug)]
-pub enum Bxdf {
+pub enum Bxdf<'a> {
     /// Diffuse reflection.
     Diffuse(Diffuse),
     /// Diffuse transmission.
@@ -70,9 +72,13 @@ pub enum Bxdf {
     RoughDielectric(RoughDielectric),
     /// Diffuse base under a rough coat.
     FresnelBlend(FresnelBlend),
+    /// A hair fibre.
+    Hair(Hair),
+    /// A table.
+    Fourier(&'a FourierTable),
 }
 
-impl Bxdf {
+impl Bxdf<'_> {
     /// Whether its density is a delta, so that it has no value and no density of its own.
     #[inline]
     pub fn is_specular(&self) -> bool {
@@ -93,6 +99,7 @@ impl Bxdf {
             | Self::FresnelBlend(_) => Sides::Reflection,
             Self::DiffuseTransmission(_) | Self::PassThrough(_) => Sides::Transmission,
             Self::SmoothDielectric(_) | Self::RoughDielectric(_) => Sides::Each,
+            Self::Hair(_) | Self::Fourier(_) => Sides::Both,
         }
     }
 
@@ -107,6 +114,8 @@ impl Bxdf {
             Self::RoughReflection(lobe) => lobe.f(wo, wi),
             Self::RoughDielectric(lobe) => lobe.f(wo, wi, mode),
             Self::FresnelBlend(lobe) => lobe.f(wo, wi),
+            Self::Hair(lobe) => lobe.f(wo, wi),
+            Self::Fourier(table) => table.f(wo, wi, mode),
         }
     }
 
@@ -121,6 +130,8 @@ impl Bxdf {
             Self::RoughReflection(lobe) => lobe.pdf(wo, wi),
             Self::RoughDielectric(lobe) => lobe.pdf(wo, wi),
             Self::FresnelBlend(lobe) => lobe.pdf(wo, wi),
+            Self::Hair(lobe) => lobe.pdf(wo, wi),
+            Self::Fourier(table) => table.pdf(wo, wi),
         }
     }
 
@@ -144,6 +155,8 @@ impl Bxdf {
             Self::RoughReflection(lobe) => lobe.sample(wo, u).map(Smooth),
             Self::RoughDielectric(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
             Self::FresnelBlend(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
+            Self::Hair(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
+            Self::Fourier(table) => table.sample(wo, u_part, u).map(Smooth),
         }
     }
 }
@@ -159,8 +172,8 @@ pub enum LobeSample {
 
 /// A lobe and its factor in a mixture.
 #[derive(Clone, Copy, Debug)]
-struct Lobe {
-    bxdf: Bxdf,
+struct Lobe<'a> {
+    bxdf: Bxdf<'a>,
     scale: Rgb,
 }
 
@@ -169,14 +182,14 @@ pub const MAX_LOBES: usize = 16;
 
 /// All lobes at a surface point.
 #[derive(Clone, Debug)]
-pub struct Bsdf {
+pub struct Bsdf<'a> {
     frame: Frame,
     ng: Normal3,
     /// Relative index of refraction that Russian roulette compensates for.
     eta: f32,
     /// Factor of the lobes that are added.
     scale: Rgb,
-    lobes: ArrayVec<Lobe, MAX_LOBES>,
+    lobes: ArrayVec<Lobe<'a>, MAX_LOBES>,
 }
 
 /// A direction drawn from a [`Bsdf`].
@@ -197,7 +210,7 @@ pub struct BsdfSample {
     pub eta_scale: f32,
 }
 
-impl Bsdf {
+impl<'a> Bsdf<'a> {
     /// No lobes yet. `frame.n` is the shading normal; there is no interface that Russian roulette heeds.
     pub fn new(frame: Frame, ng: Normal3) -> Self {
         Self {
@@ -225,7 +238,7 @@ impl Bsdf {
     }
 
     /// Adds a lobe, unless the current factor is black; beyond [`MAX_LOBES`] it is dropped, which loading rules out.
-    pub fn add(&mut self, bxdf: Bxdf) {
+    pub fn add(&mut self, bxdf: Bxdf<'a>) {
         if self.scale.is_black() {
             return;
         }

@@ -39,7 +39,7 @@ impl RoughDielectric {
     ///
     /// Where both indices are nearly the same, every facet transmits nearly straight ahead: what deflects light less
     /// than directions resolve is a smooth interface.
-    pub fn lobe(kr: Rgb, kt: Rgb, distribution: TrowbridgeReitz, eta: f32) -> Bxdf {
+    pub fn lobe(kr: Rgb, kt: Rgb, distribution: TrowbridgeReitz, eta: f32) -> Bxdf<'static> {
         if distribution.min_alpha() * (eta - 1.0).abs() < LEAST_WIDTH * eta.max(1.0) {
             return Bxdf::SmoothDielectric(SmoothDielectric { kr, kt, eta });
         }

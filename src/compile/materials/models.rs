@@ -1,7 +1,10 @@
 //! The parameters of each material.
 
+mod hair;
+
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Default, PluginRef};
+use tyndall_parser::source::Spanned;
 
 use super::subsurface::DiffusionTables;
 use crate::compile::reader::{ParamReader, Textured};
@@ -72,6 +75,7 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
             "uber" => self.uber(),
             "subsurface" => self.subsurface(),
             "kdsubsurface" => self.kdsubsurface(),
+            "hair" => self.hair(),
             name => {
                 let what = format!("the material \"{name}\"");
                 let span = self.params.kind_span();
@@ -92,6 +96,13 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
         }
         self.params.finish();
         amount
+    }
+
+    /// The file of a table, if one is named.
+    pub(super) fn table_file(mut self) -> Option<Spanned<String>> {
+        let file = self.params.file("bsdffile");
+        self.finish();
+        file
     }
 
     /// A matte that stands in for a part of a mixture. Parameters that it does not have are no concern of it.

@@ -86,6 +86,11 @@ impl<'a> TextureBuilder<'a> {
         self.source(value, default, diagnostics)
     }
 
+    /// Where files come from.
+    pub(super) fn assets(&self) -> &'a dyn Assets {
+        self.assets
+    }
+
     /// A colour parameter; `default` where neither file nor schema has one.
     pub(super) fn spectrum_source(
         &mut self,

@@ -1,0 +1,49 @@
+//! The tables of `fourier` materials: each file is read once, however many materials name it.
+
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::source::Spanned;
+
+use super::MaterialBuilder;
+use crate::compile::assets::Assets;
+use crate::ids::FourierTableId;
+use crate::scatter::fourier::{self, FourierTable};
+
+impl MaterialBuilder {
+    /// The table in a file; `NONE` if it cannot be read, which is reported at the first place that names it.
+    pub(super) fn table(
+        &mut self,
+        file: &Spanned<String>,
+        assets: &dyn Assets,
+        diagnostics: &mut Diagnostics,
+    ) -> FourierTableId {
+        if let Some(id) = self.tables.get(&file.value) {
+            return *id;
+        }
+        let id = match read(file, assets) {
+            Ok(table) => {
+                self.built.tables.push(table);
+                FourierTableId::new(self.built.tables.len() - 1)
+            }
+            Err(diagnostic) => {
+                diagnostics.push(*diagnostic);
+                FourierTableId::NONE
+            }
+        };
+        self.tables.insert(file.value.clone(), id);
+        id
+    }
+}
+
+fn read(file: &Spanned<String>, assets: &dyn Assets) -> Result<FourierTable, Box<Diagnostic>> {
+    let fail = |code: &'static str, message: String| {
+        Box::new(Diagnostic::error(code, file.span, message).with_label("the surface is black"))
+    };
+    let bytes = assets.read(file).map_err(|error| {
+        let message = format!("cannot read \"{}\": {error}", file.value);
+        fail("missing-file", message)
+    })?;
+    fourier::decode((*bytes).as_ref()).map_err(|error| {
+        let message = format!("cannot use \"{}\": {error}", file.value);
+        fail("bad-bsdf", message)
+    })
+}

@@ -1,0 +1,23 @@
+//! Scattering functions of many parameters: hair fibres, measured tables. Their samples follow their densities, their
+//! energies agree by independent estimators, and extremes stay sound.
+
+#[path = "../common/findings.rs"]
+mod findings;
+#[path = "../common/probe.rs"]
+mod probe;
+#[path = "../common/scene.rs"]
+mod scene;
+
+mod fourier;
+mod hair;
+
+/// A scene under a uniform sky of radiance 1, seen from outside along +z.
+fn lit(world: &str) -> String {
+    format!(
+        "LookAt 0.13 0.21 -5  0.15 0.18 -4  0 1 0\n\
+         Camera \"perspective\" \"float fov\" 1\n\
+         Sampler \"random\" \"integer pixelsamples\" 1\n\
+         Integrator \"path\" \"integer maxdepth\" 100\n\
+         WorldBegin\nLightSource \"infinite\" \"rgb L\" [1 1 1]\n{world}\nWorldEnd\n"
+    )
+}
