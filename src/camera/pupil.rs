@@ -183,10 +183,10 @@ fn bounds_at(lens: &Lens, film_radius: f64) -> Option<PupilBounds> {
     let step = (x1 - x0) / SCAN as f64;
     let scanned = (0..SCAN).map(|k| x0 + step * (k as f64 + 0.5));
     let start = scanned.min_by(|a, b| fill(*a, 0.0).total_cmp(&fill(*b, 0.0)))?;
-    let inside = golden_section([start - step, start + step], |x| fill(x, 0.0));
-    if !(fill(inside, 0.0) <= 1.0) {
-        return None;
-    }
+    let refined = golden_section([start - step, start + step], |x| fill(x, 0.0));
+    let inside = [start, refined]
+        .into_iter()
+        .find(|x| fill(*x, 0.0) <= 1.0)?;
     let x = [
         edge(inside, x0, |x| fill(x, 0.0) <= 1.0),
         edge(inside, x1, |x| fill(x, 0.0) <= 1.0),
