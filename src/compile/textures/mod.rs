@@ -62,7 +62,7 @@ impl<'a> TextureBuilder<'a> {
             entities,
             float: Memo::default(),
             spectrum: Memo::default(),
-            textures: Textures::default(),
+            textures: Textures::new(space.scale() as f32),
             space: *space,
             assets,
         }
