@@ -6,6 +6,8 @@ mod images;
 mod kind;
 mod mappings;
 mod nesting;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 
