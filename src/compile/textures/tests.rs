@@ -557,3 +557,40 @@ fn bad_values_are_reported_and_replaced() {
         assert_eq!(outcome.codes, [code], "{parameters}");
     }
 }
+
+#[test]
+fn every_way_to_write_a_spectrum_ends_in_the_same_colours() {
+    let files = || Files::new(vec![("flat.spd", b"400 1\n700 1\n".to_vec())]);
+    let flat = [1.20233, 0.94622, 0.90734];
+    for (value, expected) in [
+        (r#""rgb value" [0.1 0.2 -0.3]"#, [0.1, 0.2, -0.3]),
+        (r#""color value" [0.1 0.2 0.3]"#, [0.1, 0.2, 0.3]),
+        (r#""xyz value" [1 1 1]"#, [1.20479, 0.94829, 0.90892]),
+        (r#""blackbody value" [6500 2]"#, [1.84444, 1.739, 1.83044]),
+        (r#""spectrum value" [400 1 700 1]"#, flat),
+        (r#""spectrum value" "flat.spd""#, flat),
+    ] {
+        let world = format!(r#"Texture "it" "spectrum" "constant" {value}"#);
+        let outcome = build::<Rgb>(&world, &files());
+        assert!(outcome.codes.is_empty(), "{value}: {:?}", outcome.codes);
+        let Some(Source::Constant(rgb)) = outcome.source else {
+            panic!("{value} is a constant");
+        };
+        for (channel, expected) in rgb.to_array().into_iter().zip(expected) {
+            assert!((channel - expected).abs() < 2e-5, "{value}: {rgb:?}");
+        }
+    }
+    for value in [
+        r#""spectrum value" [400 1 400 2]"#,
+        r#""spectrum value" "missing.spd""#,
+    ] {
+        let world = format!(r#"Texture "it" "spectrum" "constant" {value}"#);
+        let outcome = build::<Rgb>(&world, &files());
+        assert_eq!(
+            outcome.source,
+            Some(Source::Constant(Rgb::BLACK)),
+            "{value}"
+        );
+        assert_eq!(outcome.codes.len(), 1, "{value}: {:?}", outcome.codes);
+    }
+}
