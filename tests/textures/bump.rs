@@ -1,14 +1,17 @@
 //! Bump mapping against closed forms.
 
 use glam::{DAffine3, DMat3, DVec3, Vec2};
+use tyndall::compile::CompileOptions;
+use tyndall::ids::GeometryId;
 use tyndall::material::bump::bumped;
 use tyndall::math::{Normal3, Point3, Vec3};
-use tyndall::shape::SurfacePoint;
+use tyndall::shape::{Shape, SurfacePoint};
 use tyndall::texture::{
     Bilerp, FloatSource, Mapping2, Source, Texture, TextureContext, Textures, UvMapping,
 };
 
 use crate::at::{constant, uv};
+use crate::scene::compile_scene;
 
 /// The plane z = 0 where (u, v) = (x / 2, y / 4), seen at (0.6, 1.2).
 fn plane() -> SurfacePoint {
@@ -176,6 +179,62 @@ fn meshes_with_frames_of_their_own_are_bumped_inward_by_their_unit() {
     let source = slope(&mut textures, 1.0, 2.0);
     let bumped = bumped(&surface, source, &at(&surface), &textures);
     assert_normal(bumped.ns, [1.0, 2.0, 1.0], "against u and v");
+}
+
+/// A square 6 wide and 3 high in the plane z = 0, (u, v) from 0 to 1.
+fn square(normals: &str) -> String {
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [0 0 0 6 0 0 6 3 0 0 3 0] \
+         \"float uv\" [0 0 1 0 1 1 0 1] {normals}"
+    )
+}
+
+#[test]
+fn frames_of_meshes_with_normals_are_one_unit_of_their_own_space_long() {
+    const NORMALS: &str = "\"normal N\" [0 0 1 0 0 1 0 0 1 0 0 1]";
+    // Width of the square in the space it was defined in, the side of v, and what an instance stretches.
+    for (before, shape, frame) in [
+        ("", square(""), None),
+        ("", square(NORMALS), Some((6.0, 1.0, 1.0))),
+        (
+            "ReverseOrientation",
+            square(NORMALS),
+            Some((6.0, -1.0, 1.0)),
+        ),
+        ("Scale 8 8 8", square(NORMALS), Some((48.0, 1.0, 1.0))),
+        (
+            "",
+            format!(
+                "ObjectBegin \"o\" {} ObjectEnd Scale 4 4 4 ObjectInstance \"o\"",
+                square(NORMALS)
+            ),
+            Some((6.0, 1.0, 4.0)),
+        ),
+    ] {
+        let scene = format!("WorldBegin LightSource \"infinite\" {before} {shape} WorldEnd");
+        let job = compile_scene(scene, &CompileOptions::default(), |_| None).job;
+        let geometry = job.world.geometry(GeometryId::new(0));
+        let Shape::Mesh(mesh) = &geometry.shape else {
+            panic!("a mesh");
+        };
+        let surface = mesh.surface(0, [0.2, 0.3]);
+        let [dpdu, dpdv] = surface.shading_derivatives();
+        let Some((width, side, stretched)) = frame else {
+            assert_eq!([dpdu, dpdv], [surface.dpdu, surface.dpdv]);
+            continue;
+        };
+        let what = format!("{before}, {stretched}");
+        let unit = surface.dpdu.to_f64().length() / width;
+        let expected = [-surface.dpdu.to_f64(), -surface.dpdv.to_f64() * side];
+        for (actual, expected) in [dpdu, dpdv].into_iter().zip(expected) {
+            let expected = expected.normalize() * unit;
+            let error = actual.to_f64().distance(expected);
+            assert!(error < 1e-5 * unit, "{what}: {actual:?} is not {expected}");
+        }
+        // World units, as seen from render space, times what the instance does.
+        let world = f64::from(job.world.textures().height(constant(1.0), &at(&surface)));
+        assert!((unit - world * stretched).abs() < 1e-6 * unit, "{what}");
+    }
 }
 
 #[test]
