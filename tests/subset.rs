@@ -75,3 +75,8 @@ fn every_camera_sees_the_steps_as_it_did() {
         assert_scene_agrees("cameras", name, &reference, 1024.0);
     }
 }
+
+#[test]
+fn the_textures_look_as_they_did() {
+    assert_agrees("textures", 1024.0);
+}

@@ -3,6 +3,7 @@
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
 pub mod fourier;
+pub mod bump;
 pub mod glass;
 pub mod hair;
 pub mod kdsubsurface;
