@@ -123,19 +123,18 @@ impl MaterialBuilder {
         diagnostics: &mut Diagnostics,
     ) -> Option<Material> {
         let entity = &self.entities[index].entity;
-        let model = match entity.kind.value.as_str() {
+        Some(match entity.kind.value.as_str() {
             "" | "none" => return None,
             "mix" => self.mix(index, shape, textures, diagnostics),
             _ => {
                 let instead = "\"matte\" is used";
                 match lookup(Family::Material, &entity.kind, instead, diagnostics) {
                     Some(plugin) => ModelReader::new(plugin, entity, shape, textures, diagnostics)
-                        .model(plugin.schema.name),
+                        .material(plugin.schema.name),
                     None => models::default_matte(),
                 }
             }
-        };
-        Some(Material { model })
+        })
     }
 
     fn mix(
@@ -144,7 +143,7 @@ impl MaterialBuilder {
         shape: Option<&ShapeEntity>,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
-    ) -> Model {
+    ) -> Material {
         let [first, second] = ["namedmaterial1", "namedmaterial2"]
             .map(|name| self.part(index, name, textures, diagnostics));
         let entity = &self.entities[index].entity;
@@ -152,11 +151,14 @@ impl MaterialBuilder {
             return models::default_matte();
         };
         let amount = ModelReader::new(plugin, entity, shape, textures, diagnostics).amount();
-        Model::Mix(Mix {
-            first,
-            second,
-            amount,
-        })
+        Material {
+            model: Model::Mix(Mix {
+                first,
+                second,
+                amount,
+            }),
+            bump: None,
+        }
     }
 
     /// A part of a mixture. One that is unknown, or null, is a matte with the parameters of the mixture.
@@ -181,11 +183,11 @@ impl MaterialBuilder {
             Some(plugin) => {
                 // Its own findings would speak of parameters that the mixture is checked for.
                 let mut silent = Diagnostics::default();
-                ModelReader::new(plugin, &mix.entity, None, textures, &mut silent).matte()
+                ModelReader::new(plugin, &mix.entity, None, textures, &mut silent).standing_in()
             }
             None => models::default_matte(),
         };
-        self.push(Material { model: matte })
+        self.push(matte)
     }
 
     /// The material itself, or the first part of a mixture of too many lobes.
