@@ -135,7 +135,7 @@ impl MaterialBuilder {
         diagnostics: &mut Diagnostics,
     ) -> Option<Material> {
         let entity = &self.entities[index].entity;
-        let model = match entity.kind.value.as_str() {
+        Some(match entity.kind.value.as_str() {
             "" | "none" => return None,
             "mix" => self.mix(index, shape, textures, diagnostics),
             "fourier" => self.fourier(index, shape, textures, diagnostics),
@@ -150,12 +150,11 @@ impl MaterialBuilder {
                         &mut self.diffusion,
                         diagnostics,
                     )
-                    .model(plugin.schema.name),
+                    .material(plugin.schema.name),
                     None => models::default_matte(),
                 }
             }
-        };
-        Some(Material { model })
+        })
     }
 
     fn mix(
@@ -164,7 +163,7 @@ impl MaterialBuilder {
         shape: Option<&ShapeEntity>,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
-    ) -> Model {
+    ) -> Material {
         let [first, second] = ["namedmaterial1", "namedmaterial2"]
             .map(|name| self.part(index, name, textures, diagnostics));
         let entity = &self.entities[index].entity;
@@ -180,11 +179,14 @@ impl MaterialBuilder {
             diagnostics,
         )
         .amount();
-        Model::Mix(Mix {
-            first,
-            second,
-            amount,
-        })
+        Material {
+            model: Model::Mix(Mix {
+                first,
+                second,
+                amount,
+            }),
+            bump: None,
+        }
     }
 
     fn fourier(
@@ -193,12 +195,12 @@ impl MaterialBuilder {
         shape: Option<&ShapeEntity>,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
-    ) -> Model {
+    ) -> Material {
         let entity = &self.entities[index].entity;
         let Some(plugin) = Family::Material.find("fourier") else {
             return models::default_matte();
         };
-        let file = ModelReader::new(
+        let (file, bump) = ModelReader::new(
             plugin,
             entity,
             shape,
@@ -211,7 +213,10 @@ impl MaterialBuilder {
             Some(file) => self.table(&file, textures.assets(), diagnostics),
             None => FourierTableId::NONE,
         };
-        Model::Fourier(Fourier { table })
+        Material {
+            model: Model::Fourier(Fourier { table }),
+            bump,
+        }
     }
 
     /// A part of a mixture. One that is unknown, or null, is a matte with the parameters of the mixture.
@@ -244,11 +249,11 @@ impl MaterialBuilder {
                     &mut self.diffusion,
                     &mut silent,
                 )
-                .matte()
+                .standing_in()
             }
             None => models::default_matte(),
         };
-        self.push(Material { model: matte })
+        self.push(matte)
     }
 
     /// The material itself, or the first part of a mixture of too many lobes.
