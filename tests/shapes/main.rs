@@ -1,6 +1,7 @@
 //! Shapes against triangulated copies, closed forms and their own samples.
 
 mod copies;
+mod curves;
 mod killeroo;
 mod quadrics;
 mod scenes;
