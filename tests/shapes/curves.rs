@@ -193,7 +193,7 @@ fn normals_and_derivatives_are_those_of_the_style() {
         let source = source(style, 0.12);
         let shape = whole(&source);
         let mut n = 0;
-        for ray in some_rays(&source, 500, 2) {
+        for ray in some_rays(&source, 1500, 2) {
             let Some((element, at)) = nearest(&shape, &ray) else {
                 continue;
             };

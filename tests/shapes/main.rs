@@ -2,6 +2,7 @@
 
 mod copies;
 mod curves;
+mod hierarchy;
 mod killeroo;
 mod quadrics;
 mod scenes;

@@ -10,5 +10,7 @@ mod solids;
 mod direct;
 mod film;
 mod furnace;
+mod hazards;
 mod invariance;
+mod masks;
 mod robustness;
