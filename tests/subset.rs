@@ -61,3 +61,18 @@ fn the_foggy_room_looks_as_it_did() {
 fn the_spheres_look_as_they_did() {
     assert_agrees("spheres", 1024.0);
 }
+
+#[test]
+fn the_shapes_look_as_they_did() {
+    assert_agrees("shapes", 1024.0);
+}
+
+#[test]
+fn the_curves_look_as_they_did() {
+    assert_agrees("curves", 1024.0);
+}
+
+#[test]
+fn the_leaves_look_as_they_did() {
+    assert_agrees("leaves", 1024.0);
+}
