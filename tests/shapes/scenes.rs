@@ -253,12 +253,17 @@ fn g12_g18_g19_transforms_that_cannot_be_are_located_and_left_out() {
             assert!(bounds.is_empty() || bounds.extent().is_finite());
         }
     }
-    for light in ["\"distant\" \"point from\" [1 2 3] \"point to\" [1 2 3]"] {
-        let (_, findings) = compiled(
-            [0.1, 0.2, 5.0],
-            &format!("LightSource {light} Shape \"sphere\""),
-        );
-        assert_eq!(findings, ["bad-light"], "{light}");
+    let light = "\"distant\" \"point from\" [1 2 3] \"point to\" [1 2 3]";
+    let world = format!("LightSource {light} Shape \"sphere\"");
+    assert_eq!(compiled([0.1, 0.2, 5.0], &world).1, ["bad-light"]);
+}
+
+#[test]
+fn faces_for_ptex_are_read_and_of_no_effect() {
+    let points = "\"point P\" [-2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2]";
+    for (faces, codes) in [("7", &[][..]), ("7 8", &["value-count"])] {
+        let world = format!("Shape \"trianglemesh\" {points} \"integer faceIndices\" [{faces}]");
+        assert_eq!(compiled([0.1, 0.2, 5.0], &world).1, codes, "{faces}");
     }
 }
 
