@@ -6,6 +6,8 @@
 //! - `smoke/density.pbrt`: a plume bent by the wind.
 //! - `amber/knot.ply`: a torus knot.
 //! - `textures/sign.png`: an arrow that tells up from down and left from right.
+//! - `curves/grass.pbrt`: a tuft of blades.
+//! - `leaves/leaf.png`: the outline of a leaf, 0 outside.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -23,6 +25,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::write(folder.join("smoke/density.pbrt"), smoke()?)?;
     std::fs::write(folder.join("amber/knot.ply"), knot()?)?;
     std::fs::write(folder.join("textures/sign.png"), sign()?)?;
+    std::fs::write(folder.join("curves/grass.pbrt"), grass()?)?;
+    std::fs::write(folder.join("leaves/leaf.png"), leaf()?)?;
     Ok(())
 }
 
@@ -251,4 +255,50 @@ fn sign() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     }
     let image = ImageFile::new(Image::new(SIDE, SIDE, 3, data)?);
     Ok(encode(&image, "png", Precision::Float)?)
+}
+
+/// Blades that grow upward and bend, one `Shape` each.
+fn grass() -> Result<String, std::fmt::Error> {
+    const N_BLADES: i32 = 160;
+    let mut out = String::new();
+    for blade in 0..N_BLADES {
+        let random = |k: i32| lattice(IVec3::new(blade, k, 7));
+        let (root, lean) = (
+            DVec3::new(0.5 * random(0), 0.5 * random(1), 0.0),
+            DVec3::new(random(2), random(3), 0.0),
+        );
+        let height = 0.9 + 0.35 * random(4);
+        write!(
+            out,
+            "Shape \"curve\" \"float width0\" 0.045 \"float width1\" 0.006"
+        )?;
+        write!(out, " \"string type\" \"cylinder\" \"point3 P\" [")?;
+        for k in 0..4 {
+            let t = f64::from(k) / 3.0;
+            let p = root + lean * (0.6 * t * t) + DVec3::Z * (height * t * (1.0 - 0.25 * t));
+            write!(out, " {:.4} {:.4} {:.4}", p.x, p.y, p.z)?;
+        }
+        writeln!(out, " ]")?;
+    }
+    Ok(out)
+}
+
+/// A leaf with a stalk, its tip upward.
+fn leaf() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    const SIZE: usize = 128;
+    let mut data = Vec::with_capacity(SIZE * SIZE);
+    for y in 0..SIZE {
+        for x in 0..SIZE {
+            let [x, up] = [x, SIZE - 1 - y].map(|k| (k as f64 + 0.5) / SIZE as f64);
+            let aside = (x - 0.5).abs();
+            // From the stalk at a fifth of the height to the tip.
+            let along = ((up - 0.2) / 0.78).clamp(0.0, 1.0);
+            let half_width = 0.42 * (std::f64::consts::PI * along.powf(0.7)).sin();
+            let serrated = half_width * (1.0 - 0.12 * (40.0 * along).sin().abs());
+            let is_leaf = aside < serrated || (up < 0.25 && aside < 0.03);
+            data.push(f32::from(u8::from(is_leaf)));
+        }
+    }
+    let file = ImageFile::new(Image::new(SIZE, SIZE, 1, data)?);
+    Ok(encode(&file, "png", Precision::Half)?)
 }

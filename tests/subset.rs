@@ -80,3 +80,18 @@ fn every_camera_sees_the_steps_as_it_did() {
 fn the_textures_look_as_they_did() {
     assert_agrees("textures", 1024.0);
 }
+
+#[test]
+fn the_shapes_look_as_they_did() {
+    assert_agrees("shapes", 1024.0);
+}
+
+#[test]
+fn the_curves_look_as_they_did() {
+    assert_agrees("curves", 1024.0);
+}
+
+#[test]
+fn the_leaves_look_as_they_did() {
+    assert_agrees("leaves", 1024.0);
+}

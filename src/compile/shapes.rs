@@ -169,6 +169,14 @@ fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
     let (positions, indices) = (positions?, indices?);
     let n = positions.len();
     let triangles = checked_triangles(p, &indices, indices_span, n)?;
+    // Only Ptex, which is not rendered, looks a face up.
+    let faces = p.take_ints("faceIndices").map_or(0, |faces| faces.len());
+    if faces != 0 && faces != triangles.len() {
+        let n = triangles.len();
+        let message = format!("{n} triangles need {n} values of \"faceIndices\", not {faces}");
+        let span = p.span("faceIndices");
+        p.report(Diagnostic::error("value-count", span, message).with_label("not used"));
+    }
     let matching = |name: &str, count: usize, p: &mut ParamReader| {
         let fits = count == n;
         if !fits && count != 0 {

@@ -215,10 +215,10 @@ impl World {
         )
     }
 
-    /// Whether a surface found at distance `t` stands between the receiver and the point aimed at. The flat element
-    /// that holds the point cannot, and of a curve the point is the nearest there is. A line meets a surface of second degree at most twice, and passes from one side of
-    /// it to the other each time, whatever part of the surface exists: a hit from the side that is aimed at is the
-    /// point itself.
+    /// Whether a surface that was found stands between the receiver and the point aimed at. The flat element that holds
+    /// the point cannot, and of a piece of a curve the point is the nearest there is. A line meets a surface of second
+    /// degree at most twice, and passes from one side of it to the other each time, whatever part of the surface exists:
+    /// a hit from the side that is aimed at is the point itself.
     #[inline]
     fn occludes(&self, sample: &LightSample, target: ElementRef, at: &ElementHit) -> bool {
         if Some(target) != sample.aim {

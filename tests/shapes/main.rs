@@ -1,6 +1,8 @@
 //! Shapes against triangulated copies, closed forms and their own samples.
 
 mod copies;
+mod curves;
+mod hierarchy;
 mod killeroo;
 mod quadrics;
 mod scenes;

@@ -163,15 +163,187 @@ fn a_rational_patch_is_an_exact_cylinder_with_raw_parameters() {
 }
 
 #[test]
+fn g09_triangles_without_area_are_left_out_with_one_warning() {
+    let mesh = |indices: &str| {
+        let points = "\"point P\" [-2 -2 0  2 -2 0  0 2 0  0 -2 0  1e-30 -2 0  0 -2 1e-30]";
+        format!("Shape \"trianglemesh\" {points} \"integer indices\" [{indices}]")
+    };
+    let eye = [0.1, 0.2, 5.0];
+    // Equal corners, a repeated index, a line, a sliver that single precision holds.
+    let (with, findings) = compiled(eye, &mesh("0 1 2  3 3 3  0 0 1  0 3 1  3 4 5"));
+    assert_eq!(findings, ["no-area"]);
+    let (without, findings) = compiled(eye, &mesh("0 1 2"));
+    assert!(findings.is_empty());
+    let mut random = Uniform::new(1);
+    for _ in 0..10_000 {
+        let target = direction(&mut random);
+        let ray = ray(glam::DVec3::new(0.0, 0.0, 0.9), target);
+        let [a, b] = [&with, &without].map(|scene| scene.job.world.closest(&ray, f32::INFINITY));
+        assert_eq!(a.map(|hit| hit.at), b.map(|hit| hit.at));
+    }
+}
+
+#[test]
+fn g10_triangles_without_area_are_never_chosen_as_lights() {
+    let world = "AreaLightSource \"diffuse\" Shape \"trianglemesh\" \"point P\" [-2 -2 0  2 -2 0  0 2 0] \
+                 \"integer indices\" [0 0 0  0 1 2  1 1 2]";
+    let (compiled, findings) = compiled([0.1, 0.2, 5.0], world);
+    assert_eq!(findings, ["no-area"]);
+    let at = Receiver {
+        p: tyndall::math::Point3::new(0.1, 0.1, 0.5),
+        p_err: Vec3::ZERO,
+        ng: Normal3::ZERO,
+        time: 0.0,
+    };
+    let mut random = Uniform::new(1);
+    for _ in 0..10_000 {
+        let u_light = f64::from(random.unit());
+        let sample = compiled
+            .job
+            .world
+            .sample_light(&at, u_light, random.unit2());
+        let sample = sample.expect("the one triangle that is there");
+        assert!(sample.pdf.is_finite() && sample.pdf > 0.0);
+    }
+    // Nothing else there: nothing emits, and nothing panics.
+    let world = world.replace("0 0 0  0 1 2  1 1 2", "0 0 0");
+    let (compiled, _) = self::compiled([0.1, 0.2, 5.0], &world);
+    for k in 0..100 {
+        let u = f64::from(k) / 100.0;
+        assert!(compiled.job.world.sample_light(&at, u, [0.5; 2]).is_none());
+    }
+}
+
+#[test]
+fn g11_g12_vertices_that_are_no_numbers_take_their_triangles_with_them() {
+    for bad in ["1e400", "-1e400", "1e39"] {
+        let world = format!(
+            "Shape \"trianglemesh\" \"point P\" [-2 -2 0  2 -2 0  0 2 0  0 3 {bad}] \
+             \"integer indices\" [0 1 2  1 2 3]"
+        );
+        let (compiled, findings) = compiled([0.1, 0.2, 5.0], &world);
+        assert!(!findings.is_empty(), "{bad}");
+        let bounds = compiled.job.world.bounds();
+        assert!(bounds.min.is_finite() && bounds.max.is_finite(), "{bad}");
+        assert_eq!(
+            compiled.job.world.n_elements(),
+            1,
+            "{bad}: the other one is there"
+        );
+    }
+}
+
+#[test]
+fn g12_g18_g19_transforms_that_cannot_be_are_located_and_left_out() {
+    for (directive, code) in [
+        ("Translate nan 0 0", "not-finite"),
+        ("Translate 1e400 0 0", "not-finite"),
+        ("Scale 0 1 1", "singular-transform"),
+        ("Scale 1 1 0", "singular-transform"),
+        ("Rotate 30 0 0 0", "zero-axis"),
+        ("LookAt 1 2 3 1 2 3 0 1 0", "degenerate-look-at"),
+        ("LookAt 0 0 0 0 0 1 0 0 1", "degenerate-look-at"),
+    ] {
+        for shape in [
+            "\"sphere\"",
+            "\"trianglemesh\" \"point P\" [-2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2]",
+        ] {
+            let (compiled, findings) =
+                compiled([0.1, 0.2, 5.0], &format!("{directive} Shape {shape}"));
+            assert!(findings.contains(&code), "{directive}: {findings:?}");
+            let bounds = compiled.job.world.bounds();
+            assert!(bounds.is_empty() || bounds.extent().is_finite());
+        }
+    }
+    let light = "\"distant\" \"point from\" [1 2 3] \"point to\" [1 2 3]";
+    let world = format!("LightSource {light} Shape \"sphere\"");
+    assert_eq!(compiled([0.1, 0.2, 5.0], &world).1, ["bad-light"]);
+}
+
+#[test]
+fn faces_for_ptex_are_read_and_of_no_effect() {
+    let points = "\"point P\" [-2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2]";
+    for (faces, codes) in [("7", &[][..]), ("7 8", &["value-count"])] {
+        let world = format!("Shape \"trianglemesh\" {points} \"integer faceIndices\" [{faces}]");
+        assert_eq!(compiled([0.1, 0.2, 5.0], &world).1, codes, "{faces}");
+    }
+}
+
+#[test]
+fn g22_normals_without_direction_give_way_to_the_face() {
+    let mesh = |normals: &str| {
+        format!(
+            "Shape \"trianglemesh\" \"point P\" [-2 -2 0  2 -2 0  0 2 0] \
+             \"integer indices\" [0 1 2] \"normal N\" [{normals}]"
+        )
+    };
+    let (surface, faces) = seen([0.1, 0.2, 5.0], &mesh("0 0 0  0 0 0  0 0 0")).expect("a hit");
+    assert!(faces && surface.ns == surface.ng && surface.ns.is_finite());
+}
+
+#[test]
+fn wrong_curves_are_reported() {
+    let points = "\"point P\" [0 0 0  1 0 0  1 1 0  2 1 0]";
+    for (rest, codes) in [
+        (points, &[][..]),
+        ("\"point P\" [0 0 0  1 0 0  1 1 0]", &["value-count"]),
+        (
+            "\"point P\" [0 0 0  1 0 0  1 1 0] \"integer degree\" 2",
+            &[],
+        ),
+        (
+            "\"point P\" [0 0 0  1 0 0  1 1 0  2 2 2  3 3 3] \"string basis\" \"bspline\"",
+            &[],
+        ),
+        (
+            "\"point P\" [0 0 0  1 0 0] \"string basis\" \"bspline\" \"integer degree\" 2",
+            &["value-count"],
+        ),
+        ("", &["missing-parameter"]),
+        (
+            "\"point P\" [0 0 0  1 0 0  1 1 0  2 1e39 0]",
+            &["bad-vertex"],
+        ),
+        ("\"point P\" [1 1 1  1 1 1  1 1 1  1 1 1]", &["no-area"]),
+    ] {
+        let world = format!("Shape \"curve\" {rest}");
+        assert_eq!(compiled([0.1, 0.2, 5.0], &world).1, codes, "{world}");
+    }
+    for (rest, codes) in [
+        ("\"string type\" \"ribbon\"", &["value-count"][..]),
+        (
+            "\"string type\" \"ribbon\" \"normal N\" [0 0 1  0 1 1]",
+            &[],
+        ),
+        (
+            "\"string type\" \"ribbon\" \"normal N\" [0 0 1  0 0 0]",
+            &["value-count"],
+        ),
+        ("\"normal N\" [0 0 1  0 1 1]", &["unused-parameter"]),
+        ("\"string type\" \"round\"", &["unknown-choice"]),
+        ("\"string basis\" \"nurbs\"", &["unknown-choice"]),
+        ("\"integer degree\" 4", &["unknown-choice"]),
+        ("\"float width\" 0", &["no-area"]),
+        ("\"float width0\" -1", &["out-of-range"]),
+        ("\"integer splitdepth\" 30", &["out-of-range"]),
+        ("\"float splitdepth\" 1", &[]),
+    ] {
+        let world = format!("Shape \"curve\" {points} {rest}");
+        assert_eq!(compiled([0.1, 0.2, 5.0], &world).1, codes, "{world}");
+    }
+}
+
+#[test]
 fn g13_vertices_that_do_not_exist_are_reported() {
     for indices in ["0 1 200", "0 1 -5"] {
         let world = format!(
-            "Shape \"loopsubdiv\" \"point P\" [0 0 0  1 0 0  1 1 0  0 1 0] \
+            "Shape \"trianglemesh\" \"point P\" [0 0 0  1 0 0  1 1 0] \"integer indices\" [{indices}] \
+             Shape \"loopsubdiv\" \"point P\" [0 0 0  1 0 0  1 1 0  0 1 0] \
              \"integer indices\" [{indices}]"
         );
         assert_eq!(
             compiled([0.0, 0.0, 5.0], &world).1,
-            ["bad-index"],
+            ["bad-index"; 2],
             "{indices}"
         );
     }

@@ -12,6 +12,8 @@ mod solids;
 mod direct;
 mod film;
 mod furnace;
+mod hazards;
 mod invariance;
+mod masks;
 mod robustness;
 mod subsurface;

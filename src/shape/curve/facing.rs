@@ -69,3 +69,64 @@ impl Window {
         (1.0 + at.length_squared()).powf(1.5) / (size.x * size.y)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Rng;
+    use crate::sampling::warp::uniform_sphere;
+
+    fn window() -> Window {
+        let points = [
+            [-0.6, -0.3, 1.0],
+            [-0.1, 0.4, 1.3],
+            [0.4, 0.1, 0.9],
+            [0.9, 0.2, 1.4],
+        ];
+        Window::around(points.map(DVec3::from), 0.2).expect("the points are ahead")
+    }
+
+    #[test]
+    fn the_density_is_that_of_the_samples() {
+        let (window, mut rng) = (window(), Rng::new(1));
+        let mut uniform = |n: usize| -> Vec<DVec3> {
+            (0..n)
+                .map(|_| uniform_sphere(rng.uniform2()).to_f64().normalize())
+                .collect()
+        };
+        // Over all directions and over half of them, whose share of the samples is counted.
+        let directions = uniform(400_000);
+        let sphere = 4.0 * std::f64::consts::PI;
+        let mean = |keep: &dyn Fn(DVec3) -> bool| {
+            let sum: f64 = directions
+                .iter()
+                .filter(|w| keep(**w))
+                .map(|w| window.pdf_w(*w))
+                .sum();
+            sum * sphere / directions.len() as f64
+        };
+        assert!((mean(&|_| true) - 1.0).abs() < 0.02);
+        let mut rng = Rng::new(2);
+        let samples: Vec<DVec3> = (0..100_000)
+            .map(|_| window.sample(rng.uniform2().map(f64::from)))
+            .collect();
+        for axis in [DVec3::X, DVec3::Y, DVec3::new(0.5, -0.7, 0.1)] {
+            let keep = |w: DVec3| w.dot(axis) > 0.0;
+            let share = samples.iter().filter(|w| keep(**w)).count() as f64 / samples.len() as f64;
+            assert!((0.1..0.9).contains(&share), "the half is one of the window");
+            assert!((share - mean(&keep)).abs() < 0.02, "{axis}: {share}");
+        }
+    }
+
+    #[test]
+    fn a_receiver_among_the_points_has_no_window() {
+        let around = |z: f64| {
+            let points = [-1.0, -0.3, 0.3, 1.0].map(|x| DVec3::new(x, 0.0, z));
+            Window::around(points, 0.1)
+        };
+        assert!(around(1.0).is_some());
+        for z in [0.0, 0.05, 0.15] {
+            assert!(around(z).is_none(), "{z}");
+        }
+    }
+}

@@ -12,6 +12,7 @@ use std::f64::consts::TAU;
 
 use glam::{DVec2, DVec3};
 
+use crate::shape::quadric::revolution::Ring;
 use crate::shape::quadric::{FormPoint, sphere::azimuth};
 
 /// A disk in object space.
@@ -92,10 +93,11 @@ impl Disk {
     }
 
     pub(super) fn bounds(&self) -> [DVec3; 2] {
-        let r = self.radius;
-        [
-            DVec3::new(-r, -r, self.height),
-            DVec3::new(r, r, self.height),
-        ]
+        let ring = Ring {
+            rho: [self.inner_radius, self.radius],
+            z: [self.height; 2],
+            phi: [0.0, self.phi_max],
+        };
+        ring.bounds()
     }
 }

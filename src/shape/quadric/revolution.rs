@@ -4,7 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3};
 
-/// Parameter of the middle of a line's way through a box. `None` if the line passes beside the box in parallel.
+/// Parameter of the middle of a line's way through a box. `None` if the line passes beside the box, where the roots of
+/// a flat surface would be rounding alone.
 pub(super) fn middle_of_box(o: DVec3, d: DVec3, [low, high]: [DVec3; 2]) -> Option<f64> {
     let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {
@@ -15,6 +16,10 @@ pub(super) fn middle_of_box(o: DVec3, d: DVec3, [low, high]: [DVec3; 2]) -> Opti
         // A line within a face gives 0 / 0, which `min` and `max` pass over.
         near = near.max(a.min(b));
         far = far.min(a.max(b));
+    }
+    // What only touches the box may seem to miss it.
+    if near > far + (near.abs() + far.abs()) * (8.0 * f64::EPSILON) {
+        return None;
     }
     let middle = near + 0.5 * (far - near);
     middle.is_finite().then_some(middle)

@@ -14,6 +14,7 @@ use glam::{DVec2, DVec3};
 
 use crate::math::error::EPSILON;
 use crate::shape::quadric::FormPoint;
+use crate::shape::quadric::revolution::Ring;
 
 /// A sphere around the origin of object space.
 #[derive(Clone, Copy, Debug)]
@@ -118,7 +119,15 @@ impl Sphere {
 
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         let r = self.radius;
-        [DVec3::new(-r, -r, self.z_min), DVec3::new(r, r, self.z_max)]
+        let [bottom, top] = [self.z_min, self.z_max].map(|z| ((r - z) * (r + z)).max(0.0).sqrt());
+        let spans_equator = self.z_min <= 0.0 && self.z_max >= 0.0;
+        let widest = if spans_equator { r } else { bottom.max(top) };
+        let ring = Ring {
+            rho: [bottom.min(top), widest],
+            z: [self.z_min, self.z_max],
+            phi: [0.0, self.phi_max],
+        };
+        ring.bounds()
     }
 }
 
