@@ -558,12 +558,7 @@ fn triangles_are_drawn_by_their_density() {
     let mesh = Mesh {
         positions: corners.to_vec(),
         triangles: vec![[0, 1, 2]],
-        normals: vec![],
-        tangents: vec![],
-        uvs: vec![],
-        reverse_orientation: false,
-        flip_face: false,
-        unit: 1.0,
+        ..Mesh::default()
     };
     let shape = Shape::Mesh(mesh);
     let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));

@@ -93,8 +93,8 @@ fn heights_are_in_world_units() {
     // Render space half as large as the world: the same picture as the plane above.
     let mut surface = plane();
     surface.p = surface.p + (Point3::ZERO - surface.p) * 0.5;
-    surface.dpdu = surface.dpdu * 0.5;
-    surface.dpdv = surface.dpdv * 0.5;
+    surface.dpdu *= 0.5;
+    surface.dpdv *= 0.5;
     surface.tangent = surface.dpdu;
     let mut textures = Textures::new(0.5);
     let source = slope(&mut textures, 1.0, 2.0);
@@ -151,8 +151,7 @@ fn a_curved_surface_bends_by_its_own_height() {
 fn steps_are_half_the_footprint_so_that_fine_bumps_fade() {
     let surface = plane();
     let mut textures = Textures::default();
-    // A tent of height 1 over u in [0, 1]: v-shaped around 0.5 by mixing two slopes is not at hand, so compare the
-    // steps themselves: a parabola h = u² has the slope 2u + step.
+    // The difference quotient of a parabola h = u² tells the step: it is 2u + step.
     let ramp = slope(&mut textures, 1.0, 0.0);
     let parabola = textures.add(Texture::Scale(tyndall::texture::Scale {
         factors: [ramp, ramp],
