@@ -6,6 +6,8 @@ mod findings;
 mod probe;
 #[path = "../common/scene.rs"]
 mod scene;
+#[path = "../common/seen.rs"]
+mod seen;
 #[path = "../common/solids.rs"]
 mod solids;
 
