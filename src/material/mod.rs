@@ -2,6 +2,7 @@
 //!
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
+pub mod disney;
 pub mod fourier;
 pub mod glass;
 pub mod hair;
@@ -22,6 +23,7 @@ use crate::scatter::fourier::FourierTable;
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
+pub use disney::Disney;
 pub use fourier::Fourier;
 pub use glass::Glass;
 pub use hair::Hair;
@@ -58,6 +60,8 @@ pub enum Model {
     Hair(Hair),
     /// Table.
     Fourier(Fourier),
+    /// Many sliders.
+    Disney(Disney),
     /// Two other materials.
     Mix(Mix),
 }
@@ -165,6 +169,7 @@ impl Materials {
             Model::Uber(uber) => uber.scatter(at, bsdf),
             Model::Hair(hair) => hair.scatter(at, bsdf),
             Model::Fourier(fourier) => fourier.scatter(&self.tables, bsdf),
+            Model::Disney(disney) => disney.scatter(at, bsdf),
             Model::Mix(mix) => self.scatter_mix(mix, at, bsdf),
         }
     }
@@ -204,6 +209,8 @@ impl Materials {
             Model::Plastic(_) => 2,
             Model::Translucent(_) => 3,
             Model::Uber(_) => 4,
+            // Base, highlight, coat, refraction, and either diffuse transmission or what lets light in.
+            Model::Disney(_) => 5,
             Model::Mix(mix) => self.max_lobes(mix.first) + self.max_lobes(mix.second),
         }
     }
@@ -223,6 +230,7 @@ impl Model {
             Self::Uber(uber) => uber.inputs(),
             Self::Hair(hair) => hair.inputs(),
             Self::Fourier(_) => Vec::new(),
+            Self::Disney(disney) => disney.inputs(),
             Self::Mix(mix) => vec![mix.amount.into()],
         }
     }

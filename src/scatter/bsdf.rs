@@ -5,6 +5,7 @@ use arrayvec::ArrayVec;
 use crate::math::{Frame, Normal3, Vec3};
 use crate::sampling::rng::ONE_MINUS_EPSILON;
 use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
+use crate::scatter::disney::{Clearcoat, DisneyBase};
 use crate::scatter::fourier::FourierTable;
 use crate::scatter::fresnel_blend::FresnelBlend;
 use crate::scatter::hair::Hair;
@@ -73,6 +74,10 @@ pub enum Bxdf<'a> {
     Hair(Hair),
     /// A table.
     Fourier(&'a FourierTable),
+    /// Diffuse base of the Disney material.
+    DisneyBase(DisneyBase),
+    /// Clear coat of the Disney material.
+    Clearcoat(Clearcoat),
 }
 
 impl Bxdf<'_> {
@@ -92,7 +97,9 @@ impl Bxdf<'_> {
             Self::Diffuse(_)
             | Self::Mirror(_)
             | Self::RoughReflection(_)
-            | Self::FresnelBlend(_) => Sides::Reflection,
+            | Self::FresnelBlend(_)
+            | Self::DisneyBase(_)
+            | Self::Clearcoat(_) => Sides::Reflection,
             Self::DiffuseTransmission(_) | Self::PassThrough(_) => Sides::Transmission,
             Self::SmoothDielectric(_) | Self::RoughDielectric(_) => Sides::Each,
             Self::Hair(_) | Self::Fourier(_) => Sides::Both,
@@ -111,6 +118,8 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => lobe.f(wo, wi),
             Self::Hair(lobe) => lobe.f(wo, wi),
             Self::Fourier(table) => table.f(wo, wi, mode),
+            Self::DisneyBase(lobe) => lobe.f(wo, wi),
+            Self::Clearcoat(lobe) => lobe.f(wo, wi),
         }
     }
 
@@ -126,6 +135,8 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => lobe.pdf(wo, wi),
             Self::Hair(lobe) => lobe.pdf(wo, wi),
             Self::Fourier(table) => table.pdf(wo, wi),
+            Self::DisneyBase(lobe) => lobe.pdf(wo, wi),
+            Self::Clearcoat(lobe) => lobe.pdf(wo, wi),
         }
     }
 
@@ -150,6 +161,8 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
             Self::Hair(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
             Self::Fourier(table) => table.sample(wo, u_part, u).map(Smooth),
+            Self::DisneyBase(lobe) => Some(Smooth(lobe.sample(wo, u))),
+            Self::Clearcoat(lobe) => lobe.sample(wo, u).map(Smooth),
         }
     }
 }

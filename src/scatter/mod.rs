@@ -5,6 +5,7 @@
 
 pub mod bsdf;
 pub mod diffuse;
+pub mod disney;
 pub mod fourier;
 pub mod fresnel;
 pub mod fresnel_blend;

@@ -1,5 +1,6 @@
 //! The parameters of each material.
 
+mod disney;
 mod hair;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
@@ -70,6 +71,7 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
             "substrate" => self.substrate(),
             "uber" => self.uber(),
             "hair" => self.hair(),
+            "disney" => self.disney(),
             name => {
                 let what = format!("the material \"{name}\"");
                 let span = self.params.kind_span();
