@@ -5,6 +5,7 @@
 //! - `spheres/sky.exr`: the same sky without its sun.
 //! - `smoke/density.pbrt`: a plume bent by the wind.
 //! - `amber/knot.ply`: a torus knot.
+//! - `textures/sign.png`: an arrow that tells up from down and left from right.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -21,6 +22,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::write(folder.join("spheres/sky.exr"), sky(0.0)?)?;
     std::fs::write(folder.join("smoke/density.pbrt"), smoke()?)?;
     std::fs::write(folder.join("amber/knot.ply"), knot()?)?;
+    std::fs::write(folder.join("textures/sign.png"), sign()?)?;
     Ok(())
 }
 
@@ -226,4 +228,27 @@ fn sky(sun_radiance: f64) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     }
     let file = ImageFile::new(Image::new(WIDTH, HEIGHT, 3, data)?);
     Ok(encode(&file, "exr", Precision::Half)?)
+}
+
+/// An arrow up with a flag on its right, orange on a ground that grows lighter to the right.
+fn sign() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    const SIDE: usize = 64;
+    let mut data = Vec::with_capacity(3 * SIDE * SIDE);
+    for y in 0..SIDE {
+        for x in 0..SIDE {
+            // From the middle of the foot, y up.
+            let (right, up) = (x as f32 - 31.5, 63.5 - y as f32);
+            let shaft = right.abs() < 5.0 && (8.0..44.0).contains(&up);
+            let head = (44.0..58.0).contains(&up) && right.abs() < (58.0 - up) * 1.2;
+            let flag = (5.0..20.0).contains(&right) && (14.0..24.0).contains(&up);
+            let ground = 0.1 + 0.5 * x as f32 / SIDE as f32;
+            data.extend(if shaft || head || flag {
+                [0.85, 0.35, 0.05]
+            } else {
+                [0.4 * ground, 0.8 * ground, ground]
+            });
+        }
+    }
+    let image = ImageFile::new(Image::new(SIDE, SIDE, 3, data)?);
+    Ok(encode(&image, "png", Precision::Float)?)
 }

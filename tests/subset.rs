@@ -61,3 +61,8 @@ fn the_foggy_room_looks_as_it_did() {
 fn the_spheres_look_as_they_did() {
     assert_agrees("spheres", 1024.0);
 }
+
+#[test]
+fn the_textures_look_as_they_did() {
+    assert_agrees("textures", 1024.0);
+}

@@ -589,6 +589,8 @@ fn placed(
             // The face normal is computed from the placed vertices, whose winding an instance may have mirrored.
             let instance_mirrors = instance.is_some_and(Transform::swaps_handedness);
             mesh.flip_face = definition_mirrors != instance_mirrors;
+            let size = |t: &Transform| t.determinant().abs().cbrt();
+            mesh.unit = (size(transform) / definition.map_or(1.0, size)) as f32;
             Shape::Mesh(mesh)
         }
     }

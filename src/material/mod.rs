@@ -2,6 +2,7 @@
 //!
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
+pub mod bump;
 pub mod disney;
 pub mod fourier;
 pub mod glass;

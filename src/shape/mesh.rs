@@ -8,7 +8,7 @@ use crate::sampling::warp::uniform_triangle;
 use crate::shape::{ElementHit, RayShear, ShapeSample, SurfacePoint, area_to_solid_angle};
 
 /// An indexed triangle mesh with optional per-vertex attributes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Mesh {
     /// Vertex positions.
     pub positions: Vec<[f32; 3]>,
@@ -24,6 +24,24 @@ pub struct Mesh {
     pub reverse_orientation: bool,
     /// The winding shows the back: the transform from object to render space mirrors where pbrt-v3 heeds it.
     pub flip_face: bool,
+    /// Length of the tangents of a mesh with normals or tangents: one unit of the space in which it was defined. Bump
+    /// maps are measured by it.
+    pub unit: f32,
+}
+
+impl Default for Mesh {
+    fn default() -> Self {
+        Self {
+            positions: Vec::new(),
+            triangles: Vec::new(),
+            normals: Vec::new(),
+            tangents: Vec::new(),
+            uvs: Vec::new(),
+            reverse_orientation: false,
+            flip_face: false,
+            unit: 1.0,
+        }
+    }
 }
 
 impl Mesh {
@@ -87,14 +105,18 @@ impl Mesh {
             let ns = if self.reverse_orientation { -n } else { n };
             return (if face.dot(ns) < 0.0 { -face } else { face }, ns);
         }
-        let has_frame = !self.normals.is_empty() || !self.tangents.is_empty();
-        let reverse = self.reverse_orientation && !has_frame;
+        let reverse = self.reverse_orientation && !self.has_frame();
         let ng = if reverse != self.flip_face {
             -face
         } else {
             face
         };
         (ng, ng)
+    }
+
+    /// Whether shading has a frame of its own, apart from the parametrisation.
+    fn has_frame(&self) -> bool {
+        !self.normals.is_empty() || !self.tangents.is_empty()
     }
 
     fn interpolate(&self, attribute: &[[f32; 3]], triangle: u32, b: [f64; 3]) -> Option<DVec3> {
@@ -156,10 +178,11 @@ impl Mesh {
             });
             (dndu, dndv) = by_uv([n0, n1, n2]);
         }
-        let tangent = self
-            .interpolate(&self.tangents, triangle, b)
-            .filter(|s| *s != DVec3::ZERO && s.is_finite())
-            .unwrap_or(dpdu);
+        let tangent = if self.has_frame() {
+            self.frame_tangent(triangle, b, ns, dpdu)
+        } else {
+            dpdu
+        };
         SurfacePoint {
             p,
             p_err,
@@ -172,6 +195,20 @@ impl Mesh {
             dndu: Vec3::from_f64(dndu),
             dndv: Vec3::from_f64(dndv),
         }
+    }
+
+    /// The tangent of the shading frame at a point: opposite to the interpolated tangent, or to `dpdu`, as pbrt-v3 has
+    /// it. Only bump maps tell the difference.
+    fn frame_tangent(&self, triangle: u32, b: [f64; 3], ns: DVec3, dpdu: DVec3) -> DVec3 {
+        let along = self
+            .interpolate(&self.tangents, triangle, b)
+            .filter(|s| *s != DVec3::ZERO && s.is_finite())
+            .unwrap_or(dpdu);
+        let tangent = match ns.cross(along).try_normalize() {
+            Some(across) => ns.cross(across),
+            None => Frame::from_z(Vec3::from_f64(ns)).s.to_f64(),
+        };
+        tangent * f64::from(self.unit)
     }
 
     /// The point with the given weights, and its error bound.

@@ -52,7 +52,8 @@ pub struct SurfacePoint {
     pub dpdu: Vec3,
     /// Derivative of position by `v`.
     pub dpdv: Vec3,
-    /// Tangent that orients the shading frame; not perpendicular to `ns` in general.
+    /// Tangent that orients the shading frame: `dpdu` itself, which is not perpendicular to `ns` in general, or what
+    /// [`Mesh::unit`] says of meshes with a frame of their own.
     pub tangent: Vec3,
     /// Derivative of the shading normal by `u`.
     pub dndu: Vec3,
@@ -61,6 +62,16 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// The derivatives of position that bump mapping bends: those by `u` and `v`, or the axes of a shading frame that
+    /// is apart from the parametrisation.
+    pub fn shading_derivatives(&self) -> [Vec3; 2] {
+        if self.tangent == self.dpdu {
+            [self.dpdu, self.dpdv]
+        } else {
+            [self.tangent, Vec3::from(self.ns).cross(self.tangent)]
+        }
+    }
+
     /// The same surface placed by a transform from its space to another. The error bound also covers the way back: a
     /// ray that leaves the point is rounded to f32 once more when it is taken to the space of the surface.
     pub fn placed(&self, transform: &Transform) -> Self {

@@ -175,7 +175,11 @@ fn sphere(q: DVec3, dq: [DVec3; 2]) -> (DVec2, [DVec2; 2]) {
         if turns < 0.0 { turns + 1.0 } else { turns },
     );
     let change = |d: DVec3| {
-        let d_rho = q.truncate().dot(d.truncate()) / rho;
+        let d_rho = if rho > 0.0 {
+            q.truncate().dot(d.truncate()) / rho
+        } else {
+            d.truncate().length() // Away from a pole in any direction.
+        };
         let d_theta = (q.z * d_rho - rho * d.z) / q.length_squared();
         change_of(d, DVec2::new(d_theta / PI, d_turns(q, d)))
     };
@@ -202,6 +206,10 @@ fn change_of(d: DVec3, dst: DVec2) -> DVec2 {
     if d == DVec3::ZERO {
         return DVec2::ZERO;
     }
-    let at_most_once = |x: f64| if x.abs() < 1.0 { x } else { 1f64.copysign(x) };
+    let at_most_once = |x: f64| match x {
+        x if x.abs() < 1.0 => x,
+        x if x < 0.0 => -1.0,
+        _ => 1.0,
+    };
     DVec2::new(at_most_once(dst.x), at_most_once(dst.y))
 }

@@ -116,15 +116,39 @@ impl<V> Default for Arena<V> {
 }
 
 /// All textures of a world and the images behind them.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug)]
 pub struct Textures {
+    /// Length in render space of one world unit.
+    unit: f32,
     float: Arena<f32>,
     spectrum: Arena<Rgb>,
     /// Already linear and scaled, bottom row first.
     images: Vec<MipMap>,
 }
 
+impl Default for Textures {
+    /// No textures, where render space is as large as the world.
+    fn default() -> Self {
+        Self::new(1.0)
+    }
+}
+
 impl Textures {
+    /// No textures. `unit` is the length in render space of one world unit.
+    pub fn new(unit: f32) -> Self {
+        Self {
+            unit,
+            float: Arena::default(),
+            spectrum: Arena::default(),
+            images: Vec::new(),
+        }
+    }
+
+    /// A displacement of the surface, written in world units, in those of render space.
+    pub fn height(&self, source: FloatSource, ctx: &TextureContext) -> f32 {
+        self.float(source, ctx) * self.unit
+    }
+
     /// Adds a texture. Its inputs and its image must come from the same `Textures`.
     pub fn add<V: Value>(&mut self, texture: Texture<V>) -> Source<V> {
         let needs_footprint = texture.needs_footprint(self);

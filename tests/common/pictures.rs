@@ -41,8 +41,20 @@ pub(crate) fn render_seeds(
     window: Option<PixelRect>,
     reference_spp: f64,
 ) -> Renders {
-    let directory = file.parent().expect("a file is in a directory");
     let text = std::fs::read(file).expect("the scene is there");
+    render_text_seeds(text, file, n_seeds, options, window, reference_spp)
+}
+
+/// The same for a text that stands in for a file.
+pub(crate) fn render_text_seeds(
+    text: Vec<u8>,
+    file: &Path,
+    n_seeds: u64,
+    options: &CompileOptions,
+    window: Option<PixelRect>,
+    reference_spp: f64,
+) -> Renders {
+    let directory = file.parent().expect("a file is in a directory");
     let read = |path: &str| std::fs::read(directory.join(path)).ok();
     let mut job = compile_scene(text, options, read).job;
     let spp = job.spp;

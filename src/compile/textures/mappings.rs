@@ -21,10 +21,12 @@ pub(super) enum WrittenMapping {
 impl WrittenMapping {
     /// Reads the parameters, and warns of a texture that a factor of 0 makes a row of lines or a single colour.
     pub(super) fn read(p: &mut ParamReader) -> Self {
-        match p.choice("mapping") {
-            "spherical" => Self::Spherical,
-            "cylindrical" => Self::Cylindrical,
-            "planar" => {
+        match p.strict_choice("mapping") {
+            // As in pbrt-v3, scales and shifts go with it.
+            None => Self::Uv(UvMapping::IDENTITY),
+            Some("spherical") => Self::Spherical,
+            Some("cylindrical") => Self::Cylindrical,
+            Some("planar") => {
                 let v = ["v1", "v2"].map(|name| {
                     let v = p.vector3(name);
                     warn_if_flat(p, name, v == [0.0; 3]);
@@ -33,7 +35,7 @@ impl WrittenMapping {
                 let delta = ["udelta", "vdelta"].map(|name| p.float(name));
                 Self::Planar { v, delta }
             }
-            _ => {
+            Some(_) => {
                 let scale = ["uscale", "vscale"].map(|name| {
                     let scale = p.float(name);
                     warn_if_flat(p, name, scale == 0.0);

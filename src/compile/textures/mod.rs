@@ -6,6 +6,8 @@ mod images;
 mod kind;
 mod mappings;
 mod nesting;
+#[cfg(test)]
+mod tests;
 
 use std::collections::HashMap;
 
@@ -62,7 +64,7 @@ impl<'a> TextureBuilder<'a> {
             entities,
             float: Memo::default(),
             spectrum: Memo::default(),
-            textures: Textures::default(),
+            textures: Textures::new(space.scale() as f32),
             space: *space,
             assets,
         }

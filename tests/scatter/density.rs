@@ -1,0 +1,301 @@
+//! What lobes draw follows the density they state, which covers all they scatter.
+
+use std::f64::consts::PI;
+
+use tyndall::math::Vec3;
+use tyndall::scatter::microfacet::mirror;
+use tyndall::scatter::{Bsdf, LobeSample, TransportMode};
+use tyndall_test_support::chi2::{Chi2, Domain, Sphere, Square};
+use tyndall_test_support::{Uniform, Verdict};
+
+use crate::cases::{
+    WIDTHS, any_direction, ends, narrow_lobes, smooth_lobes, surface, views, widths,
+};
+
+/// Unit vectors. Its poles, where cells are coarse, lie in the surface.
+#[derive(Clone, Copy)]
+struct AroundTangent;
+
+impl Domain for AroundTangent {
+    type Point = [f32; 3];
+    const CELLS: [usize; 2] = Sphere::CELLS;
+    const MEASURE: f64 = Sphere::MEASURE;
+
+    fn point(square: [f64; 2]) -> [f32; 3] {
+        let [x, y, z] = Sphere::point(square);
+        [z, x, y]
+    }
+
+    fn place([z, x, y]: [f32; 3]) -> Option<[f64; 2]> {
+        Sphere::place([x, y, z])
+    }
+}
+
+/// Part of the directions that are drawn evenly, so that the edge of what a lobe reaches cuts no cell in two.
+const EVENLY: f64 = 0.05;
+
+/// χ² test of all that a surface draws for one view.
+fn check_directions(family: &Chi2, bsdf: &Bsdf, wo: Vec3) -> Verdict {
+    let draw = |random: &mut Uniform| {
+        if f64::from(random.unit()) < EVENLY {
+            return Some(any_direction(random).into());
+        }
+        let (u_lobe, u) = (random.unit(), random.unit2());
+        let sample = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance)?;
+        Some(sample.wi.into())
+    };
+    let pdf = |w: [f32; 3]| {
+        let drawn = f64::from(bsdf.pdf(wo, w.into()));
+        (1.0 - EVENLY) * drawn + EVENLY / Sphere::MEASURE
+    };
+    family.check(AroundTangent, draw, pdf)
+}
+
+#[test]
+fn lobes_draw_what_their_densities_say() {
+    // Reflectance does not change what a rough reflection draws.
+    let is_drawn_alike = |name: &str| name.starts_with("copper") || name.starts_with("plastic");
+    let mut lobes = smooth_lobes();
+    lobes.retain(|(name, _)| !is_drawn_alike(name));
+    let views = views();
+    let family = Chi2 {
+        n_samples: 40_000,
+        n_tests: lobes.len() * views.len(),
+        ..Chi2::default()
+    };
+    for (name, lobe) in &lobes {
+        let bsdf = surface([*lobe]);
+        for &wo in &views {
+            check_directions(&family, &bsdf, wo).assert_accepted(&format!("{name} from {wo:?}"));
+        }
+    }
+}
+
+#[test]
+fn mixtures_draw_what_their_density_says() {
+    let lobes = smooth_lobes();
+    let views = views();
+    let family = Chi2 {
+        n_samples: 40_000,
+        n_tests: 8 * views.len(),
+        ..Chi2::default()
+    };
+    for k in 0..8 {
+        let chosen = [k, 3 + 5 * k, 7 + 4 * k].map(|i| lobes[i % lobes.len()].clone());
+        let bsdf = surface(chosen.clone().map(|(_, lobe)| lobe));
+        for &wo in &views {
+            check_directions(&family, &bsdf, wo)
+                .assert_accepted(&format!("{} to {} from {wo:?}", chosen[0].0, chosen[2].0));
+        }
+    }
+}
+
+/// A place of the unit square for a facet normal: its slopes over α, drawn together into a disk within which the
+/// normals of the distribution are uniform, however narrow it is.
+fn place_of_normal(h: Vec3, alpha: [f32; 2]) -> [f32; 2] {
+    let [x, y, z] = <[f32; 3]>::from(h).map(f64::from);
+    let (x, y) = (x / f64::from(alpha[0]), y / f64::from(alpha[1]));
+    let scale = 1.0 / (x * x + y * y + z * z).sqrt();
+    [x, y].map(|c| ((0.5 + 0.5 * c * scale) as f32).min(1.0 - f32::EPSILON))
+}
+
+/// The normal at a place, and steradians per area there; `None` off the disk.
+fn normal_at(place: [f32; 2], alpha: [f32; 2]) -> Option<(Vec3, f64)> {
+    let [x, y] = place.map(|c| 2.0 * f64::from(c) - 1.0);
+    let z2 = 1.0 - x * x - y * y;
+    if z2 <= 0.0 {
+        return None;
+    }
+    let [ax, ay] = alpha.map(f64::from);
+    let (hx, hy, hz) = (ax * x, ay * y, z2.sqrt());
+    let length = (hx * hx + hy * hy + hz * hz).sqrt();
+    // Slopes s = disk / z: area z⁻⁴ of the disk's; solid angle cos³ α_x α_y of the slopes'.
+    let cos = hz / length;
+    let jacobian = 4.0 * cos.powi(3) * ax * ay / (z2 * z2);
+    let h = [hx, hy, hz].map(|c| (c / length) as f32);
+    Some((Vec3::from(h), jacobian))
+}
+
+/// χ² tests of drawn normals in the space where their distribution is wide.
+fn check_normals(
+    family: &Chi2,
+    alpha: [f32; 2],
+    sample: impl Fn([f32; 2]) -> Option<Vec3>,
+    pdf: impl Fn(Vec3) -> f32,
+) -> Verdict {
+    let clamped = alpha.map(|a| a.max(1e-3));
+    family.check(
+        Square,
+        |random| {
+            if f64::from(random.unit()) < EVENLY {
+                return Some(random.unit2());
+            }
+            Some(place_of_normal(sample(random.unit2())?, clamped))
+        },
+        |place| {
+            let drawn = normal_at(place, clamped);
+            let drawn = drawn.map_or(0.0, |(h, jacobian)| f64::from(pdf(h)) * jacobian);
+            (1.0 - EVENLY) * drawn + EVENLY
+        },
+    )
+}
+
+#[test]
+fn visible_normals_and_reflections_follow_their_densities_however_narrow() {
+    let views: Vec<_> = views().into_iter().filter(|w| w.z() > 0.0).collect();
+    let family = Chi2 {
+        n_tests: 2 * WIDTHS.len() * views.len(),
+        ..Chi2::default()
+    };
+    for alpha in WIDTHS {
+        let distribution = widths(alpha);
+        for &wo in &views {
+            let what = format!("{alpha:?} from {wo:?}");
+            let sample = |u| Some(distribution.sample_normal(wo, u));
+            let pdf = |h| distribution.pdf_normal(wo, h);
+            check_normals(&family, alpha, sample, pdf).assert_accepted(&format!("normals {what}"));
+
+            let sample = |u| {
+                let wi = distribution.sample_reflection(wo, u)?;
+                Some((wo + wi).normalize())
+            };
+            let pdf = |h: Vec3| {
+                let wi = mirror(wo, h);
+                if wo.dot(h) > 0.0 {
+                    distribution.pdf_reflection(wo, wi) * 4.0 * wo.dot(h)
+                } else {
+                    0.0
+                }
+            };
+            check_normals(&family, alpha, sample, pdf)
+                .assert_accepted(&format!("reflections {what}"));
+        }
+    }
+}
+
+#[test]
+fn the_judge_rejects_a_density_for_normals_of_another_width() {
+    let wo = views()[2];
+    for alpha in [[0.001, 0.001], [0.3, 0.3]] {
+        let (drawn, stated) = (widths(alpha), widths(alpha.map(|a| 1.04 * a)));
+        let verdict = check_normals(
+            &Chi2::default(),
+            alpha,
+            |u| Some(drawn.sample_normal(wo, u)),
+            |h| stated.pdf_normal(wo, h),
+        );
+        assert!(!verdict.accepted(), "{alpha:?}");
+    }
+}
+
+#[test]
+fn every_lobe_has_a_density_where_it_scatters() {
+    for (name, lobe) in smooth_lobes().into_iter().chain(narrow_lobes()) {
+        let mut random = Uniform::new(7);
+        for _ in 0..20_000 {
+            let (wo, wi) = (any_direction(&mut random), any_direction(&mut random));
+            let bsdf = surface([lobe]);
+            let (f, pdf) = (bsdf.f(wo, wi, TransportMode::Radiance), bsdf.pdf(wo, wi));
+            assert!(f.is_finite() && !f.has_negative(), "{name}: {f:?}");
+            assert!(pdf >= 0.0 && pdf.is_finite(), "{name}: {pdf}");
+            assert!(
+                f.is_black() || pdf > 0.0,
+                "{name}: from {wo:?} to {wi:?}, value {f:?} has no density"
+            );
+        }
+    }
+}
+
+#[test]
+fn n03_samples_are_sound_at_the_ends_of_the_random_numbers_and_of_the_angles() {
+    let grazing = [1e-3, 1e-5, 1e-7, 1e-20, -1e-5, -1e-20].map(|z| crate::cases::at(z, 40.0));
+    let views: Vec<_> = views().into_iter().chain(grazing).collect();
+    for (name, lobe) in smooth_lobes().into_iter().chain(narrow_lobes()) {
+        let bsdf = surface([lobe]);
+        for &wo in &views {
+            for (a, b, c) in ends()
+                .into_iter()
+                .flat_map(|a| ends().map(|b| (a, b)))
+                .flat_map(|(a, b)| ends().map(|c| (a, b, c)))
+            {
+                let Some(sample) = bsdf.sample(wo, a, [b, c], TransportMode::Radiance) else {
+                    continue;
+                };
+                let what = format!("{name} from {wo:?} by {:?}: {sample:?}", (a, b, c));
+                let length = f64::from(sample.wi.length_squared()).sqrt();
+                assert!((length - 1.0).abs() < 1e-4, "{what}");
+                assert!(
+                    sample.weight.is_finite() && !sample.weight.has_negative(),
+                    "{what}"
+                );
+                assert!(sample.pdf_w > 0.0 && sample.pdf_w.is_finite(), "{what}");
+                let stated = f64::from(bsdf.pdf(wo, sample.wi));
+                let drawn = f64::from(sample.pdf_w);
+                assert!((stated - drawn).abs() <= 1e-3 * drawn, "{what}: {stated}");
+            }
+        }
+    }
+}
+
+#[test]
+fn weights_are_value_times_cosine_over_density_and_bounded() {
+    for (name, lobe) in smooth_lobes().into_iter().chain(narrow_lobes()) {
+        let bsdf = surface([lobe]);
+        let mut random = Uniform::new(3);
+        for _ in 0..2000 {
+            let wo = any_direction(&mut random);
+            let (u_lobe, u) = (random.unit(), random.unit2());
+            let Some(sample) = bsdf.sample(wo, u_lobe, u, TransportMode::Importance) else {
+                continue;
+            };
+            let f = bsdf.f(wo, sample.wi, TransportMode::Importance);
+            let expected = f * (bsdf.abs_cos(sample.wi) / bsdf.pdf(wo, sample.wi));
+            for channel in 0..3 {
+                let (weight, expected) = (sample.weight[channel], expected[channel]);
+                assert!(
+                    (weight - expected).abs() <= 2e-3 * expected.max(1e-3),
+                    "{name}: {sample:?}: {expected}"
+                );
+                // Nothing but Oren–Nayar and the coat's base, which are drawn by the cosine alone, exceeds 1 by much.
+                assert!(weight < 20.0, "{name}: {sample:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn directions_drawn_from_a_lobe_keep_to_its_sides() {
+    use tyndall::scatter::Sides;
+    for (name, lobe) in smooth_lobes() {
+        let mut random = Uniform::new(5);
+        for _ in 0..2000 {
+            let wo = any_direction(&mut random);
+            let (u_part, u) = (random.unit(), random.unit2());
+            let Some(LobeSample::Smooth(wi)) = lobe.sample(wo, u_part, u, TransportMode::Radiance)
+            else {
+                continue;
+            };
+            let reflects = wo.z() * wi.z() > 0.0;
+            let keeps = match lobe.sides() {
+                Sides::Reflection => reflects,
+                Sides::Transmission => !reflects,
+                Sides::Both | Sides::Each => true,
+            };
+            assert!(keeps, "{name}: from {wo:?} to {wi:?}");
+        }
+    }
+}
+
+#[test]
+fn the_distribution_projects_to_the_area_of_the_surface() {
+    // ∫ D(h) cos θ dω = 1, in the coordinates of the disk where it is constant.
+    for alpha in WIDTHS {
+        let distribution = widths(alpha);
+        let clamped = alpha.map(|a| a.max(1e-3));
+        for place in [[0.5, 0.5], [0.9, 0.6], [0.2, 0.31], [0.5, 0.999]] {
+            let (h, jacobian) = normal_at(place, clamped).expect("a place on the disk");
+            let density = f64::from(distribution.d(h)) * f64::from(h.z()) * jacobian;
+            tyndall_test_support::assert_close(density, 4.0 / PI, 1e-4);
+        }
+    }
+}

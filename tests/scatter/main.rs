@@ -1,0 +1,19 @@
+//! Lobes and the materials made of them: what is drawn follows its density, energy is neither made nor lost but where
+//! the model says so, and light takes every way back.
+
+#[path = "../common/findings.rs"]
+mod findings;
+#[path = "../common/probe.rs"]
+mod probe;
+#[path = "../common/scene.rs"]
+mod scene;
+#[path = "../common/solids.rs"]
+mod solids;
+
+mod cases;
+mod density;
+mod energy;
+mod fresnel;
+mod interfaces;
+mod materials;
+mod reciprocity;

@@ -1,0 +1,215 @@
+//! Bump mapping against closed forms.
+
+use glam::{DAffine3, DMat3, DVec3, Vec2};
+use tyndall::material::bump::bumped;
+use tyndall::math::{Normal3, Point3, Vec3};
+use tyndall::shape::SurfacePoint;
+use tyndall::texture::{
+    Bilerp, FloatSource, Mapping2, Source, Texture, TextureContext, Textures, UvMapping,
+};
+
+use crate::at::{constant, uv};
+
+/// The plane z = 0 where (u, v) = (x / 2, y / 4), seen at (0.6, 1.2).
+fn plane() -> SurfacePoint {
+    SurfacePoint {
+        p: Point3::new(0.6, 1.2, 0.0),
+        p_err: Vec3::ZERO,
+        ng: Normal3::new(0.0, 0.0, 1.0),
+        ns: Normal3::new(0.0, 0.0, 1.0),
+        uv: [0.3, 0.3],
+        dpdu: Vec3::new(2.0, 0.0, 0.0),
+        dpdv: Vec3::new(0.0, 4.0, 0.0),
+        tangent: Vec3::new(2.0, 0.0, 0.0),
+        dndu: Vec3::ZERO,
+        dndv: Vec3::ZERO,
+    }
+}
+
+fn at(surface: &SurfacePoint) -> TextureContext {
+    let [u, v] = surface.uv;
+    TextureContext {
+        p: surface.p,
+        ..uv(u, v)
+    }
+}
+
+/// Heights a u + b v.
+fn slope(textures: &mut Textures, a: f32, b: f32) -> FloatSource {
+    textures.add(Texture::Bilerp(Bilerp {
+        mapping: Mapping2::Uv(UvMapping::IDENTITY),
+        corners: [0.0, b, a, a + b],
+    }))
+}
+
+/// Heights a x + b y + c z of the position.
+fn slope_in_space(textures: &mut Textures, [a, b, c]: [f64; 3]) -> FloatSource {
+    let rows = DMat3::from_cols(DVec3::new(a, b, c), DVec3::ZERO, DVec3::ZERO);
+    textures.add(Texture::Bilerp(Bilerp {
+        mapping: Mapping2::Planar {
+            st_from_render: DAffine3::from_mat3(rows.transpose()),
+        },
+        corners: [0.0, 0.0, 1.0, 1.0],
+    }))
+}
+
+#[track_caller]
+fn assert_normal(actual: Normal3, expected: [f64; 3], what: &str) {
+    let expected = DVec3::from(expected).normalize();
+    let error = actual.to_f64().distance(expected);
+    assert!(error < 2e-3, "{what}: {actual:?} is not {expected}");
+}
+
+#[test]
+fn a_slope_tilts_the_normal_of_a_plane() {
+    let surface = plane();
+    let mut textures = Textures::default();
+    let source = slope(&mut textures, 1.0, 2.0);
+    // Height x/2 + y/2.
+    let bumped_point = bumped(&surface, source, &at(&surface), &textures);
+    assert_normal(bumped_point.ns, [-0.5, -0.5, 1.0], "by parameters");
+    // The tangent follows the displaced surface, and the rest stays.
+    let tangent = bumped_point.tangent;
+    assert!((tangent.z() / tangent.x() - 0.5).abs() < 2e-3);
+    assert_eq!(bumped_point.ng, surface.ng);
+    assert_eq!(bumped_point.p, surface.p);
+    let source = slope_in_space(&mut textures, [0.25, -1.0, 3.0]);
+    let bumped_point = bumped(&surface, source, &at(&surface), &textures);
+    assert_normal(bumped_point.ns, [-0.25, 1.0, 1.0], "by position");
+}
+
+#[test]
+fn a_constant_height_changes_nothing_on_a_plane() {
+    let surface = plane();
+    let bumped = bumped(&surface, constant(3.0), &at(&surface), &Textures::default());
+    assert_eq!(bumped.ns, surface.ns);
+}
+
+#[test]
+fn heights_are_in_world_units() {
+    // Render space half as large as the world: the same picture as the plane above.
+    let mut surface = plane();
+    surface.p = surface.p + (Point3::ZERO - surface.p) * 0.5;
+    surface.dpdu = surface.dpdu * 0.5;
+    surface.dpdv = surface.dpdv * 0.5;
+    surface.tangent = surface.dpdu;
+    let mut textures = Textures::new(0.5);
+    let source = slope(&mut textures, 1.0, 2.0);
+    let bumped = bumped(&surface, source, &at(&surface), &textures);
+    assert_normal(bumped.ns, [-0.5, -0.5, 1.0], "half size");
+}
+
+#[test]
+fn normals_stay_on_the_side_of_the_surface() {
+    for side in [1.0, -1.0] {
+        let mut surface = plane();
+        surface.ng = Normal3::new(0.0, 0.0, side);
+        surface.ns = surface.ng;
+        let mut textures = Textures::default();
+        let source = slope(&mut textures, 1.0, 2.0);
+        let bumped = bumped(&surface, source, &at(&surface), &textures);
+        // Displaced toward the normal, whichever side that is.
+        let side = f64::from(side);
+        assert_normal(bumped.ns, [-0.5, -0.5, side], &format!("side {side}"));
+    }
+}
+
+#[test]
+fn a_curved_surface_bends_by_its_own_height() {
+    // A cylinder of radius 2 around y, u the angle from z over 1 rad, at u = 0; height h(u, v) = h0 + a u.
+    let (radius, h0, a) = (2.0, 0.5, 0.75);
+    let surface = SurfacePoint {
+        p: Point3::new(0.0, 0.0, radius),
+        uv: [0.0, 0.0],
+        dpdu: Vec3::new(radius, 0.0, 0.0),
+        dpdv: Vec3::new(0.0, 1.0, 0.0),
+        tangent: Vec3::new(radius, 0.0, 0.0),
+        dndu: Vec3::new(1.0, 0.0, 0.0),
+        ..plane()
+    };
+    let mut textures = Textures::default();
+    let source = textures.add(Texture::Bilerp(Bilerp {
+        mapping: Mapping2::Uv(UvMapping {
+            scale: Vec2::ONE,
+            delta: Vec2::ZERO,
+        }),
+        corners: [h0, h0, h0 + a, h0 + a],
+    }));
+    let bumped = bumped(&surface, source, &at(&surface), &textures);
+    // The displaced curve (r + h)(sin u, cos u) runs along (r + h0, a) at u = 0.
+    assert_normal(
+        bumped.ns,
+        [-f64::from(a), 0.0, f64::from(radius + h0)],
+        "cylinder",
+    );
+}
+
+#[test]
+fn steps_are_half_the_footprint_so_that_fine_bumps_fade() {
+    let surface = plane();
+    let mut textures = Textures::default();
+    // A tent of height 1 over u in [0, 1]: v-shaped around 0.5 by mixing two slopes is not at hand, so compare the
+    // steps themselves: a parabola h = u² has the slope 2u + step.
+    let ramp = slope(&mut textures, 1.0, 0.0);
+    let parabola = textures.add(Texture::Scale(tyndall::texture::Scale {
+        factors: [ramp, ramp],
+    }));
+    for (duv_dx, duv_dy, step) in [
+        ([0.2, 0.0], [0.4, 0.0], 0.3),
+        ([-0.2, 0.0], [0.0, 0.0], 0.1),
+        ([0.0, 0.0], [0.0, 0.0], 0.0005),
+    ] {
+        let mut ctx = at(&surface);
+        (ctx.duv_dx, ctx.duv_dy) = (duv_dx, duv_dy);
+        let bumped = bumped(&surface, parabola, &ctx, &textures);
+        let slope = 2.0 * 0.3 + step;
+        assert_normal(bumped.ns, [-slope / 2.0, 0.0, 1.0], &format!("step {step}"));
+    }
+}
+
+#[test]
+fn meshes_with_frames_of_their_own_are_bumped_inward_by_their_unit() {
+    // Tangents as meshes with normals have them: against u, one unit long.
+    let mut surface = plane();
+    surface.tangent = Vec3::new(-1.0, 0.0, 0.0);
+    let mut textures = Textures::default();
+    let source = slope(&mut textures, 1.0, 2.0);
+    let bumped = bumped(&surface, source, &at(&surface), &textures);
+    assert_normal(bumped.ns, [1.0, 2.0, 1.0], "against u and v");
+}
+
+#[test]
+fn impossible_displacements_leave_the_surface_as_it_is() {
+    let mut textures = Textures::default();
+    let good = slope(&mut textures, 1.0, 2.0);
+    let infinite: FloatSource = Source::Constant(f32::INFINITY);
+    let nan: FloatSource = Source::Constant(f32::NAN);
+    let surface = plane();
+    for source in [infinite, nan] {
+        let bumped = bumped(&surface, source, &at(&surface), &textures);
+        assert_eq!((bumped.ns, bumped.tangent), (surface.ns, surface.tangent));
+    }
+    let mut flat = plane();
+    (flat.dpdu, flat.tangent) = (Vec3::ZERO, Vec3::ZERO);
+    flat.dpdv = Vec3::ZERO;
+    let bumped_point = bumped(&flat, constant(0.0), &at(&flat), &textures);
+    assert_eq!(bumped_point.ns, flat.ns);
+    // Parameters without room for the step still give a normal.
+    for u in [1e6, -1e12, f32::MAX, f32::NAN, f32::INFINITY] {
+        let mut far = plane();
+        far.uv = [u, u];
+        let bumped = bumped(&far, good, &at(&far), &textures);
+        assert!(bumped.ns.is_finite(), "{u}");
+    }
+}
+
+#[test]
+fn steps_far_out_are_what_the_parameters_change_by() {
+    // At u = 10000 single precision has steps of a thousandth: 0.0005 would vanish or double.
+    let mut surface = plane();
+    surface.uv = [10_000.0, 0.0];
+    let mut textures = Textures::default();
+    let source = slope(&mut textures, 0.5, 0.0);
+    let bumped = bumped(&surface, source, &at(&surface), &textures);
+    assert_normal(bumped.ns, [-0.25, 0.0, 1.0], "far out");
+}
