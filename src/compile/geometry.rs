@@ -24,7 +24,7 @@ use crate::describe::description::{
 use crate::ids::{GeometryId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{AreaLight, Light};
 use crate::math::{AnimatedTransform, Motion, MotionChain, Transform};
-use crate::shape::{Mesh, Quadric, Shape};
+use crate::shape::{Curves, Mesh, Quadric, Shape};
 use crate::spectrum::Rgb;
 use crate::world::{Geometry, Instance, MediumInterface, WorldParts};
 
@@ -172,6 +172,9 @@ impl LocalShape {
                 .positions
                 .iter()
                 .for_each(|p| bounds.add(transform.point(DVec3::from(p.map(f64::from))))),
+            Local::Curves(source) => source
+                .corners()
+                .for_each(|p| bounds.add(transform.point(p))),
             Local::Form(form) => form
                 .corners()
                 .iter()
@@ -528,6 +531,7 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
     };
     match &shape.local {
         // What cannot be sampled in pbrt-v3 ends its run.
+        Local::Curves(_) => {}
         Local::Form(_) if !["sphere", "disk", "cylinder"].contains(&kind) => {}
         Local::Form(form) => {
             let scale = world_from_object.uniform_scale(UNSCALED);
@@ -564,6 +568,9 @@ fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diag
     let what = match shape {
         Shape::Mesh(_) => format!("{n_empty} of {n} triangles have no area and are left out"),
         Shape::Quadric(_) => "the shape has no area and is left out".to_owned(),
+        Shape::Curves(_) => {
+            format!("{n_empty} of {n} parts of the curve have no area and are left out")
+        }
     };
     diagnostics.push(Diagnostic::warning("no-area", entity.entity.span, what));
 }
@@ -582,6 +589,10 @@ fn placed(
         Local::Form(form) => {
             let flip_normal = entity.reverse_orientation != definition_mirrors;
             Shape::Quadric(Quadric::new(form, *transform, flip_normal))
+        }
+        Local::Curves(source) => {
+            let flip_normal = entity.reverse_orientation != definition_mirrors;
+            Shape::Curves(Curves::new(&source, transform, flip_normal))
         }
         Local::Mesh(mut mesh) => {
             move_vertices(&mut mesh, transform);

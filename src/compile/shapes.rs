@@ -10,9 +10,11 @@ use crate::compile::reader::{ParamReader, Textured};
 use crate::compile::{lookup, unsupported};
 use crate::describe::description::ShapeEntity;
 use crate::shape::Mesh;
+use crate::shape::curve::CurveSource;
 use crate::shape::ply::{self, PlyMesh};
 use crate::shape::quadric::{Disk, Form, Paraboloid, Sphere, cone, cylinder, hyperboloid};
 
+mod curves;
 mod surfaces;
 
 const INSTEAD: &str = "the shape is left out";
@@ -23,6 +25,7 @@ pub(super) enum Local {
     /// Vertices in object space; normals and tangents of any length.
     Mesh(Mesh),
     Form(Form),
+    Curves(CurveSource),
 }
 
 /// Reads a shape; `overridden` is its material's plugin where its list may hold parameters for it.
@@ -101,6 +104,7 @@ pub(super) fn read_shape(
         "loopsubdiv" => surfaces::subdivision(&mut p).map(Local::Mesh),
         "heightfield" => surfaces::heightfield(&mut p).map(Local::Mesh),
         "nurbs" => surfaces::nurbs(&mut p).map(Local::Mesh),
+        "curve" => curves::curve(&mut p).map(Local::Curves),
         name => {
             let what = format!("the shape \"{name}\"");
             p.report(unsupported(&what, kind_span, INSTEAD));

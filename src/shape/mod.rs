@@ -1,6 +1,7 @@
 //! Shapes in render space: where a ray meets them, what the surface is like there, and how to draw points on
 //! them toward a receiver. Knows no materials, no media and no parameter names.
 
+pub mod curve;
 pub mod heightfield;
 pub mod mesh;
 pub mod nurbs;
@@ -13,17 +14,21 @@ use glam::DVec3;
 
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Transform, Vec3};
+pub use curve::Curves;
 pub use mesh::Mesh;
 pub use quadric::Quadric;
 pub use triangle::RayShear;
 
-/// A shape: one scene-file directive, made of one or more elements (triangles of a mesh).
+/// A shape: one scene-file directive, made of one or more elements (triangles of a mesh, pieces of
+/// curves).
 #[derive(Clone, Debug)]
 pub enum Shape {
     /// An indexed triangle mesh.
     Mesh(Mesh),
     /// A surface of second degree.
     Quadric(Quadric),
+    /// Thin bands and tubes.
+    Curves(Curves),
 }
 
 /// A ray's meeting with one element of a shape.
@@ -31,7 +36,7 @@ pub enum Shape {
 pub struct ElementHit {
     /// Distance along the ray, positive.
     pub t: f32,
-    /// Weights of the first two vertices for a triangle; unused by quadrics.
+    /// Weights of the first two vertices for a triangle; (u, v) on a curve; unused by quadrics.
     pub barycentric: [f32; 2],
 }
 
@@ -120,6 +125,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => mesh.n_triangles(),
             Self::Quadric(_) => 1,
+            Self::Curves(curves) => curves.n_pieces(),
         }
     }
 
@@ -128,6 +134,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => mesh.bounds(element),
             Self::Quadric(quadric) => quadric.bounds(),
+            Self::Curves(curves) => curves.bounds(element),
         }
     }
 
@@ -136,6 +143,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => mesh.area(element),
             Self::Quadric(quadric) => quadric.area(),
+            Self::Curves(curves) => curves.area(element),
         }
     }
 
@@ -154,6 +162,7 @@ impl Shape {
                 t,
                 barycentric: [0.0; 2],
             }),
+            Self::Curves(curves) => curves.intersect(element, ray, t_max),
         }
     }
 
@@ -162,6 +171,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => mesh.surface(element, hit.barycentric),
             Self::Quadric(quadric) => quadric.surface(ray, hit.t),
+            Self::Curves(curves) => curves.surface(element, ray, hit),
         }
     }
 
@@ -171,6 +181,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => mesh.sample_toward(element, from, u),
             Self::Quadric(quadric) => quadric.sample_toward(from, u),
+            Self::Curves(curves) => curves.sample_toward(element, from, u),
         }
     }
 
@@ -180,6 +191,7 @@ impl Shape {
         match self {
             Self::Mesh(mesh) => area_to_solid_angle(from, p, ng, 1.0 / mesh.area(element)),
             Self::Quadric(quadric) => quadric.pdf_toward(from, p, ng),
+            Self::Curves(curves) => curves.pdf_toward(element, from, p),
         }
     }
 }

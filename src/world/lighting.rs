@@ -212,7 +212,7 @@ impl World {
     }
 
     /// Whether a surface found at distance `t` stands between the receiver and the point aimed at. The flat element
-    /// that holds the point cannot. A line meets a surface of second degree at most twice, and passes from one side of
+    /// that holds the point cannot, and of a curve the point is the nearest there is. A line meets a surface of second degree at most twice, and passes from one side of
     /// it to the other each time, whatever part of the surface exists: a hit from the side that is aimed at is the
     /// point itself.
     #[inline]
@@ -221,7 +221,7 @@ impl World {
             return true;
         }
         match &self.geometry(target.geometry).shape {
-            Shape::Mesh(_) => false,
+            Shape::Mesh(_) | Shape::Curves(_) => false,
             shape @ Shape::Quadric(_) => {
                 let hit = ElementHit {
                     t,

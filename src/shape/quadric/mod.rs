@@ -25,7 +25,7 @@ pub use sphere::Sphere;
 pub use sweep::Sweep;
 
 /// Relative deviation below which a transform counts as a similarity: it comes from composing rotations in f64.
-const SIMILARITY_TOLERANCE: f64 = 1e-9;
+pub(super) const SIMILARITY_TOLERANCE: f64 = 1e-9;
 
 /// The equation of a quadric in object space.
 #[derive(Clone, Copy, Debug)]
