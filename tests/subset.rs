@@ -59,7 +59,7 @@ fn the_foggy_room_looks_as_it_did() {
 
 #[test]
 fn the_hair_looks_as_it_did() {
-    assert_agrees("hair", 2048.0);
+    assert_agrees("hair", 512.0);
 }
 
 #[test]

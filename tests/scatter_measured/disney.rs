@@ -315,6 +315,23 @@ fn narrow_highlights_stay_sound() {
     }
 }
 
+#[test]
+fn reflection_is_the_same_both_ways() {
+    let mut random = Uniform::new(9);
+    for (name, disney) in sheets() {
+        let sheet = Sheet::new(&disney);
+        let bsdf = sheet.bsdf();
+        for _ in 0..2000 {
+            let [a, b] = [0, 1].map(|_| uniform_sphere(random.unit2()));
+            if a.z() * b.z() > 0.0 {
+                let (there, back) = (bsdf.f(a, b, Radiance).g(), bsdf.f(b, a, Radiance).g());
+                let difference = (there - back).abs();
+                assert!(difference <= 1e-4 * there, "{name}: {there} and {back}");
+            }
+        }
+    }
+}
+
 #[track_caller]
 fn assert_near(actual: f32, expected: f32, what: &str) {
     assert!(
