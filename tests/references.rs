@@ -41,38 +41,38 @@ const SEEDS: u64 = 8;
 const SPP: u32 = 8;
 
 #[track_caller]
-fn assert_small_scene_agrees(name: &str) {
+fn assert_small_scene_agrees(folder: &str, name: &str) {
     let Some(shared) = shared() else { return };
-    let scene = shared.join(format!("scenes/cloud/{name}.small.pbrt"));
+    let scene = shared.join(format!("scenes/{folder}/{name}.small.pbrt"));
     let renders = render_seeds(&scene, SEEDS, &with_spp(SPP), None, REFERENCE_SPP);
-    let reference = read_reference(&shared.join(format!("references/small/cloud-{name}.exr")));
+    let reference = read_reference(&shared.join(format!("references/small/{folder}-{name}.exr")));
     let found = renders.disagreements(&reference);
     assert!(found.is_empty(), "{name}:\n{}", found.join("\n"));
 }
 
 #[test]
 fn small_cloud_agrees() {
-    assert_small_scene_agrees("cloud");
+    assert_small_scene_agrees("cloud", "cloud");
 }
 
 #[test]
 fn small_smoke_agrees() {
-    assert_small_scene_agrees("smoke");
+    assert_small_scene_agrees("cloud", "smoke");
 }
 
 #[test]
 fn small_f15_4a_agrees() {
-    assert_small_scene_agrees("f15-4a");
+    assert_small_scene_agrees("cloud", "f15-4a");
 }
 
 #[test]
 fn small_f15_4b_agrees() {
-    assert_small_scene_agrees("f15-4b");
+    assert_small_scene_agrees("cloud", "f15-4b");
 }
 
 #[test]
 fn small_f15_4c_agrees() {
-    assert_small_scene_agrees("f15-4c");
+    assert_small_scene_agrees("cloud", "f15-4c");
 }
 
 /// A ball under elliptically filtered lines. Its surroundings only hide the sky from it, and light arrives directly, so
@@ -101,6 +101,16 @@ fn small_f10_1b_agrees_in_filtered_lines() {
     let reference = read_reference(&shared.join("references/small/figures-f10-1b.exr"));
     let found = renders.disagreements(&reference);
     assert!(found.is_empty(), "{}", found.join("\n"));
+}
+
+#[test]
+fn small_killeroo_agrees() {
+    assert_small_scene_agrees("killeroo", "killeroo-simple");
+}
+
+#[test]
+fn small_f8_22_agrees() {
+    assert_small_scene_agrees("figures", "f8-22");
 }
 
 /// Windows of the large pictures: the edge of the cloud against the sky, its middle, and its dark underside.

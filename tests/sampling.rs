@@ -563,6 +563,7 @@ fn triangles_are_drawn_by_their_density() {
         uvs: vec![],
         reverse_orientation: false,
         flip_face: false,
+        unit: 1.0,
     };
     let shape = Shape::Mesh(mesh);
     let [a, b, c] = corners.map(|p| DVec3::from(p.map(f64::from)));

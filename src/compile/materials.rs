@@ -13,7 +13,7 @@ use crate::compile::lookup;
 use crate::compile::textures::TextureBuilder;
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
 use crate::ids::{FourierTableId, MaterialId};
-use crate::material::{Fourier, Material, Materials, Mix, Model};
+use crate::material::{Material, Materials, Mix, Model};
 use crate::scatter::bsdf::MAX_LOBES;
 use models::ModelReader;
 
@@ -129,7 +129,7 @@ impl MaterialBuilder {
         diagnostics: &mut Diagnostics,
     ) -> Option<Material> {
         let entity = &self.entities[index].entity;
-        let model = match entity.kind.value.as_str() {
+        Some(match entity.kind.value.as_str() {
             "" | "none" => return None,
             "mix" => self.mix(index, shape, textures, diagnostics),
             "fourier" => self.fourier(index, shape, textures, diagnostics),
@@ -137,12 +137,11 @@ impl MaterialBuilder {
                 let instead = "\"matte\" is used";
                 match lookup(Family::Material, &entity.kind, instead, diagnostics) {
                     Some(plugin) => ModelReader::new(plugin, entity, shape, textures, diagnostics)
-                        .model(plugin.schema.name),
+                        .material(plugin.schema.name),
                     None => models::default_matte(),
                 }
             }
-        };
-        Some(Material { model })
+        })
     }
 
     fn mix(
@@ -151,7 +150,7 @@ impl MaterialBuilder {
         shape: Option<&ShapeEntity>,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
-    ) -> Model {
+    ) -> Material {
         let [first, second] = ["namedmaterial1", "namedmaterial2"]
             .map(|name| self.part(index, name, textures, diagnostics));
         let entity = &self.entities[index].entity;
@@ -159,30 +158,14 @@ impl MaterialBuilder {
             return models::default_matte();
         };
         let amount = ModelReader::new(plugin, entity, shape, textures, diagnostics).amount();
-        Model::Mix(Mix {
-            first,
-            second,
-            amount,
-        })
-    }
-
-    fn fourier(
-        &mut self,
-        index: usize,
-        shape: Option<&ShapeEntity>,
-        textures: &mut TextureBuilder,
-        diagnostics: &mut Diagnostics,
-    ) -> Model {
-        let entity = &self.entities[index].entity;
-        let Some(plugin) = Family::Material.find("fourier") else {
-            return models::default_matte();
-        };
-        let file = ModelReader::new(plugin, entity, shape, textures, diagnostics).table_file();
-        let table = match file {
-            Some(file) => self.table(&file, textures.assets(), diagnostics),
-            None => FourierTableId::NONE,
-        };
-        Model::Fourier(Fourier { table })
+        Material {
+            model: Model::Mix(Mix {
+                first,
+                second,
+                amount,
+            }),
+            bump: None,
+        }
     }
 
     /// A part of a mixture. One that is unknown, or null, is a matte with the parameters of the mixture.
@@ -207,11 +190,11 @@ impl MaterialBuilder {
             Some(plugin) => {
                 // Its own findings would speak of parameters that the mixture is checked for.
                 let mut silent = Diagnostics::default();
-                ModelReader::new(plugin, &mix.entity, None, textures, &mut silent).matte()
+                ModelReader::new(plugin, &mix.entity, None, textures, &mut silent).standing_in()
             }
             None => models::default_matte(),
         };
-        self.push(Material { model: matte })
+        self.push(matte)
     }
 
     /// The material itself, or the first part of a mixture of too many lobes.

@@ -72,6 +72,8 @@ pub enum Model {
 pub struct Material {
     /// What it scatters.
     pub model: Model,
+    /// `"bumpmap"`: displacement in world units that bends the shading normal; mixtures have none.
+    pub bump: Option<FloatSource>,
 }
 
 /// All materials of a world.
@@ -143,7 +145,7 @@ impl Inputs<'_> {
 }
 
 impl Materials {
-    /// The scattering function at a surface point.
+    /// The scattering function at a surface point, whose shading normal a bump map may bend.
     pub fn bsdf<'a>(
         &'a self,
         id: MaterialId,
@@ -152,10 +154,26 @@ impl Materials {
         textures: &Textures,
     ) -> Bsdf<'a> {
         let at = Inputs { ctx, textures };
-        let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
+        let (ns, tangent) = match self.bump(id) {
+            Some(height) => {
+                let bumped = bump::bumped(surface, height, ctx, textures);
+                (bumped.ns, bumped.tangent)
+            }
+            None => (surface.ns, surface.tangent),
+        };
+        let frame = Frame::from_normal_tangent(ns, tangent);
         let mut bsdf = Bsdf::new(frame, surface.ng);
         self.scatter(id, &at, &mut bsdf);
         bsdf
+    }
+
+    /// The bump map of a material; of a mixture, that of its first part.
+    fn bump(&self, id: MaterialId) -> Option<FloatSource> {
+        let material = &self.list[id.index()];
+        match &material.model {
+            Model::Mix(mix) => self.bump(mix.first),
+            _ => material.bump,
+        }
     }
 
     fn scatter<'a>(&'a self, id: MaterialId, at: &Inputs, bsdf: &mut Bsdf<'a>) {
@@ -187,13 +205,13 @@ impl Materials {
 
     /// Whether any input of any material needs the footprint of the camera's pixel.
     pub fn need_footprint(&self, textures: &Textures) -> bool {
-        let inputs = self
-            .list
-            .iter()
-            .flat_map(|material| material.model.inputs());
-        inputs.into_iter().any(|input| match input {
-            Input::Float(source) => textures.needs_footprint(source),
-            Input::Spectrum(source) => textures.needs_footprint(source),
+        self.list.iter().any(|material| {
+            let bump = material.bump.map(Input::Float);
+            let mut inputs = material.model.inputs().into_iter().chain(bump);
+            inputs.any(|input| match input {
+                Input::Float(source) => textures.needs_footprint(source),
+                Input::Spectrum(source) => textures.needs_footprint(source),
+            })
         })
     }
 

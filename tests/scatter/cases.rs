@@ -109,7 +109,7 @@ pub(crate) fn smooth_lobes() -> Vec<(String, Bxdf)> {
             format!("plastic's coat {alpha:?}"),
             metal(alpha, reversed()),
         ));
-        for eta in [1.5, 1.0 / 1.5, 1.05, 2.4] {
+        for eta in [1.5, 1.0 / 1.5, 1.2, 2.4] {
             lobes.push((format!("glass {alpha:?}, index {eta}"), glass(alpha, eta)));
         }
         let one_way = |kr: f32, kt: f32| {
@@ -153,7 +153,7 @@ pub(crate) fn narrow_lobes() -> Vec<(String, Bxdf)> {
             }),
         ));
     }
-    for eta in [1.001, 0.999, 1.0003] {
+    for eta in [1.05, 1.001, 0.999, 1.0003] {
         lobes.push((format!("glass, index {eta}"), glass([0.5, 0.5], eta)));
     }
     lobes

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use tyndall::math::Vec3;
 use tyndall::scatter::microfacet::mirror;
 use tyndall::scatter::{Bsdf, LobeSample, TransportMode};
-use tyndall_test_support::chi2::{Chi2, Domain, Sphere, Square};
-use tyndall_test_support::{Uniform, Verdict};
+use tyndall_test_support::chi2::{Chi2, Domain, Hemisphere, Sphere};
+use tyndall_test_support::{Uniform, Verdict, assert_close};
 
 use crate::cases::{
     WIDTHS, any_direction, ends, narrow_lobes, smooth_lobes, surface, views, widths,
@@ -90,33 +90,25 @@ fn mixtures_draw_what_their_density_says() {
     }
 }
 
-/// A place of the unit square for a facet normal: its slopes over α, drawn together into a disk within which the
-/// normals of the distribution are uniform, however narrow it is.
-fn place_of_normal(h: Vec3, alpha: [f32; 2]) -> [f32; 2] {
+/// A facet normal in the space where the distribution is that of a sphere, however narrow it is.
+fn stretched(h: Vec3, alpha: [f32; 2]) -> [f32; 3] {
     let [x, y, z] = <[f32; 3]>::from(h).map(f64::from);
     let (x, y) = (x / f64::from(alpha[0]), y / f64::from(alpha[1]));
     let scale = 1.0 / (x * x + y * y + z * z).sqrt();
-    [x, y].map(|c| ((0.5 + 0.5 * c * scale) as f32).min(1.0 - f32::EPSILON))
+    [x, y, z].map(|c| (c * scale) as f32)
 }
 
-/// The normal at a place, and steradians per area there; `None` off the disk.
-fn normal_at(place: [f32; 2], alpha: [f32; 2]) -> Option<(Vec3, f64)> {
-    let [x, y] = place.map(|c| 2.0 * f64::from(c) - 1.0);
-    let z2 = 1.0 - x * x - y * y;
-    if z2 <= 0.0 {
-        return None;
-    }
+/// The normal that is stretched to `m`, and its solid angle per solid angle there.
+fn unstretched(m: [f32; 3], alpha: [f32; 2]) -> (Vec3, f64) {
+    let [x, y, z] = m.map(f64::from);
     let [ax, ay] = alpha.map(f64::from);
-    let (hx, hy, hz) = (ax * x, ay * y, z2.sqrt());
-    let length = (hx * hx + hy * hy + hz * hz).sqrt();
-    // Slopes s = disk / z: area z⁻⁴ of the disk's; solid angle cos³ α_x α_y of the slopes'.
-    let cos = hz / length;
-    let jacobian = 4.0 * cos.powi(3) * ax * ay / (z2 * z2);
-    let h = [hx, hy, hz].map(|c| (c / length) as f32);
-    Some((Vec3::from(h), jacobian))
+    let (x, y) = (ax * x, ay * y);
+    let length = (x * x + y * y + z * z).sqrt();
+    let h = [x, y, z].map(|c| (c / length) as f32);
+    (Vec3::from(h), ax * ay / length.powi(3))
 }
 
-/// χ² tests of drawn normals in the space where their distribution is wide.
+/// χ² tests of drawn normals in that space.
 fn check_normals(
     family: &Chi2,
     alpha: [f32; 2],
@@ -125,17 +117,18 @@ fn check_normals(
 ) -> Verdict {
     let clamped = alpha.map(|a| a.max(1e-3));
     family.check(
-        Square,
+        Hemisphere,
         |random| {
             if f64::from(random.unit()) < EVENLY {
-                return Some(random.unit2());
+                let [x, y, z] = any_direction(random).into();
+                return Some([x, y, z.abs()]);
             }
-            Some(place_of_normal(sample(random.unit2())?, clamped))
+            Some(stretched(sample(random.unit2())?, clamped))
         },
-        |place| {
-            let drawn = normal_at(place, clamped);
-            let drawn = drawn.map_or(0.0, |(h, jacobian)| f64::from(pdf(h)) * jacobian);
-            (1.0 - EVENLY) * drawn + EVENLY
+        |m| {
+            let (h, per_solid_angle) = unstretched(m, clamped);
+            let drawn = f64::from(pdf(h)) * per_solid_angle;
+            (1.0 - EVENLY) * drawn + EVENLY / Hemisphere::MEASURE
         },
     )
 }
@@ -288,14 +281,19 @@ fn directions_drawn_from_a_lobe_keep_to_its_sides() {
 
 #[test]
 fn the_distribution_projects_to_the_area_of_the_surface() {
-    // ∫ D(h) cos θ dω = 1, in the coordinates of the disk where it is constant.
+    // ∫ D(h) cos θ dω = 1: in stretched space, D cos θ is that of a sphere.
     for alpha in WIDTHS {
         let distribution = widths(alpha);
         let clamped = alpha.map(|a| a.max(1e-3));
-        for place in [[0.5, 0.5], [0.9, 0.6], [0.2, 0.31], [0.5, 0.999]] {
-            let (h, jacobian) = normal_at(place, clamped).expect("a place on the disk");
-            let density = f64::from(distribution.d(h)) * f64::from(h.z()) * jacobian;
-            tyndall_test_support::assert_close(density, 4.0 / PI, 1e-4);
+        for m in [
+            [0.0, 0.0, 1.0],
+            [0.6, 0.0, 0.8],
+            [0.48, 0.64, 0.6],
+            [0.0, -0.8, 0.6],
+        ] {
+            let (h, per_solid_angle) = unstretched(m, clamped);
+            let density = f64::from(distribution.d(h)) * f64::from(h.z()) * per_solid_angle;
+            assert_close(density, f64::from(m[2]) / PI, 1e-4);
         }
     }
 }

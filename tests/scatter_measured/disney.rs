@@ -119,7 +119,7 @@ impl Sheet {
         let model = Model::Disney(disney.clone());
         Self {
             materials: Materials {
-                list: vec![Material { model }],
+                list: vec![Material { model, bump: None }],
                 ..Materials::default()
             },
             textures: Textures::default(),

@@ -180,6 +180,7 @@ fn rays_that_leave_a_triangle_do_not_meet_it() {
             uvs: vec![],
             reverse_orientation: false,
             flip_face: false,
+            unit: 1.0,
         });
         if shape.bounds(0).is_empty() {
             continue;

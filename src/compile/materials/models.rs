@@ -12,18 +12,21 @@ use crate::compile::textures::TextureBuilder;
 use crate::compile::unsupported;
 use crate::describe::description::{Entity, ShapeEntity};
 use crate::material::{
-    Glass, Matte, Metal, Mirror, Model, Plastic, Roughness, Substrate, Translucent, Uber,
+    Glass, Material, Matte, Metal, Mirror, Model, Plastic, Roughness, Substrate, Translucent, Uber,
 };
 use crate::scatter::microfacet::MIN_ALPHA;
 use crate::spectrum::{Rgb, copper};
 use crate::texture::{FloatSource, SpectrumSource};
 
 /// What stands in for a material that cannot be had.
-pub(super) fn default_matte() -> Model {
-    Model::Matte(Matte {
-        kd: SpectrumSource::Constant(Rgb::splat(0.5)),
-        sigma: FloatSource::Constant(0.0),
-    })
+pub(super) fn default_matte() -> Material {
+    Material {
+        model: Model::Matte(Matte {
+            kd: SpectrumSource::Constant(Rgb::splat(0.5)),
+            sigma: FloatSource::Constant(0.0),
+        }),
+        bump: None,
+    }
 }
 
 /// Reads the parameters of one material and builds the textures they name.
@@ -58,9 +61,9 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
     }
 
     /// The material called `name` in the schema.
-    pub(super) fn model(mut self, name: &str) -> Model {
+    pub(super) fn material(mut self, name: &str) -> Material {
         let model = match name {
-            "matte" => self.matte_model(),
+            "matte" => self.matte(),
             "plastic" => self.plastic(),
             "translucent" => self.translucent(),
             "glass" => self.glass(),
@@ -77,48 +80,45 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
                 let span = self.params.kind_span();
                 let diagnostic = unsupported(&what, span, "\"matte\" is used");
                 self.params.report(diagnostic);
-                default_matte()
+                return default_matte();
             }
         };
+        let bump = self.bump();
         self.finish();
-        model
+        Material { model, bump }
     }
 
     /// The weight of the first part of a mixture.
     pub(super) fn amount(mut self) -> SpectrumSource {
         let amount = self.spectrum("amount");
-        for diagnostic in self.later.list {
-            self.params.report(diagnostic);
-        }
-        self.params.finish();
+        self.finish();
         amount
     }
 
-    /// The file of a table, if one is named.
-    pub(super) fn table_file(mut self) -> Option<Spanned<String>> {
+    /// The file of a table, if one is named, and the bump map.
+    pub(super) fn table_file(mut self) -> (Option<Spanned<String>>, Option<FloatSource>) {
         let file = self.params.file("bsdffile");
+        let bump = self.bump();
         self.finish();
-        file
+        (file, bump)
     }
 
     /// A matte that stands in for a part of a mixture. Parameters that it does not have are no concern of it.
-    pub(super) fn matte(mut self) -> Model {
-        self.matte_model()
+    pub(super) fn standing_in(mut self) -> Material {
+        Material {
+            model: self.matte(),
+            bump: None,
+        }
     }
 
     fn finish(mut self) {
         for diagnostic in self.later.list {
             self.params.report(diagnostic);
         }
-        if self.params.is_given("bumpmap") {
-            let span = self.params.span("bumpmap");
-            let diagnostic = unsupported("\"bumpmap\"", span, "the surface stays smooth");
-            self.params.report(diagnostic);
-        }
         self.params.finish();
     }
 
-    fn matte_model(&mut self) -> Model {
+    fn matte(&mut self) -> Model {
         Model::Matte(Matte {
             kd: self.spectrum("Kd"),
             sigma: self.float("sigma"),
@@ -232,6 +232,15 @@ impl ModelReader<'_, '_, '_> {
         match self.params.float_texture(name) {
             Textured::Default => default,
             value => self.textures.float_source(value, 0.0, &mut self.later),
+        }
+    }
+
+    /// `"bumpmap"`, of materials that have one.
+    fn bump(&mut self) -> Option<FloatSource> {
+        self.params.plugin().schema.param("bumpmap")?;
+        match self.float_or("bumpmap", FloatSource::Constant(0.0)) {
+            FloatSource::Constant(0.0) => None,
+            height => Some(height),
         }
     }
 
