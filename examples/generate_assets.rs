@@ -5,6 +5,7 @@
 //! - `spheres/sky.exr`: the same sky without its sun.
 //! - `smoke/density.pbrt`: a plume bent by the wind.
 //! - `amber/knot.ply`: a torus knot.
+//! - `hair/tuft.pbrt`: wavy strands that hang from a bar.
 //! - `textures/sign.png`: an arrow that tells up from down and left from right.
 //! - `curves/grass.pbrt`: a tuft of blades.
 //! - `leaves/leaf.png`: the outline of a leaf, 0 outside.
@@ -24,6 +25,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::write(folder.join("spheres/sky.exr"), sky(0.0)?)?;
     std::fs::write(folder.join("smoke/density.pbrt"), smoke()?)?;
     std::fs::write(folder.join("amber/knot.ply"), knot()?)?;
+    std::fs::write(folder.join("hair/tuft.pbrt"), tuft()?)?;
     std::fs::write(folder.join("textures/sign.png"), sign()?)?;
     std::fs::write(folder.join("curves/grass.pbrt"), grass()?)?;
     std::fs::write(folder.join("leaves/leaf.png"), leaf()?)?;
@@ -195,6 +197,36 @@ fn knot() -> Result<String, std::fmt::Error> {
                 at(i, k + 1)
             )?;
         }
+    }
+    Ok(text)
+}
+
+/// Strands that hang from a bar along x: Bézier curves of two pieces each, thinner toward their ends.
+fn tuft() -> Result<String, std::fmt::Error> {
+    const STRANDS: u32 = 420;
+    let mut text = String::from("# Made by examples/generate_assets.rs.\n");
+    for strand in 0..STRANDS {
+        let random = |k: u32| lattice(IVec3::new(strand as i32, k as i32, 77));
+        let (x, y) = (0.40 * random(0), 0.10 * random(1));
+        // Neighbours wave together, each strand a little by itself.
+        let phase = 4.0 * x + 0.7 * random(2);
+        let (amplitude, length) = (0.06 + 0.02 * random(3), 1.5 + 0.18 * random(4));
+        let spread = 1.0 + 0.25 * random(5);
+        write!(
+            text,
+            "Shape \"curve\" \"float width0\" .009 \"float width1\" .004 \"point P\" ["
+        )?;
+        for k in 0..7 {
+            let t = f64::from(k) / 6.0;
+            let wave = amplitude * t * (5.0 * t + phase).sin();
+            let p = DVec3::new(
+                x * (1.0 + 0.5 * spread * t * t) + wave,
+                y * (1.0 + 1.5 * spread * t) + amplitude * t * (6.0 * t + phase).cos(),
+                -length * t,
+            );
+            write!(text, " {:.3} {:.3} {:.3}", p.x, p.y, p.z)?;
+        }
+        writeln!(text, " ]")?;
     }
     Ok(text)
 }

@@ -64,6 +64,16 @@ fn the_foggy_room_looks_as_it_did() {
 }
 
 #[test]
+fn the_hair_looks_as_it_did() {
+    assert_agrees("hair", 512.0);
+}
+
+#[test]
+fn the_disney_balls_look_as_they_did() {
+    assert_agrees("disney", 2048.0);
+}
+
+#[test]
 fn the_spheres_look_as_they_did() {
     assert_agrees("spheres", 1024.0);
 }

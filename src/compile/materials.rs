@@ -15,7 +15,7 @@ use crate::compile::space::RenderSpace;
 use crate::compile::textures::TextureBuilder;
 use crate::describe::description::{Frame, MaterialEntity, MaterialRef, ShapeEntity};
 use crate::ids::{FourierTableId, MaterialId};
-use crate::material::{Fourier, Material, Materials, Mix, Model};
+use crate::material::{Material, Materials, Mix, Model};
 use crate::scatter::bsdf::MAX_LOBES;
 use models::ModelReader;
 use subsurface::DiffusionTables;
@@ -186,36 +186,6 @@ impl MaterialBuilder {
                 amount,
             }),
             bump: None,
-        }
-    }
-
-    fn fourier(
-        &mut self,
-        index: usize,
-        shape: Option<&ShapeEntity>,
-        textures: &mut TextureBuilder,
-        diagnostics: &mut Diagnostics,
-    ) -> Material {
-        let entity = &self.entities[index].entity;
-        let Some(plugin) = Family::Material.find("fourier") else {
-            return models::default_matte();
-        };
-        let (file, bump) = ModelReader::new(
-            plugin,
-            entity,
-            shape,
-            textures,
-            &mut self.diffusion,
-            diagnostics,
-        )
-        .table_file();
-        let table = match file {
-            Some(file) => self.table(&file, textures.assets(), diagnostics),
-            None => FourierTableId::NONE,
-        };
-        Material {
-            model: Model::Fourier(Fourier { table }),
-            bump,
         }
     }
 

@@ -3,6 +3,7 @@
 //! The null material, an invisible boundary between media, is [`crate::ids::MaterialId::NONE`].
 
 pub mod bump;
+pub mod disney;
 pub mod fourier;
 pub mod glass;
 pub mod hair;
@@ -27,6 +28,7 @@ use crate::scatter::{Bsdf, Bssrdf};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, SpectrumSource, TextureContext, Textures};
+pub use disney::Disney;
 pub use fourier::Fourier;
 pub use glass::Glass;
 pub use hair::Hair;
@@ -69,6 +71,8 @@ pub enum Model {
     Hair(Hair),
     /// Table.
     Fourier(Fourier),
+    /// Many sliders.
+    Disney(Disney),
     /// Two other materials.
     Mix(Mix),
 }
@@ -204,6 +208,7 @@ impl Materials {
             Model::KdSubsurface(subsurface) => subsurface.boundary.scatter(at, bsdf),
             Model::Hair(hair) => hair.scatter(at, bsdf),
             Model::Fourier(fourier) => fourier.scatter(&self.tables, bsdf),
+            Model::Disney(disney) => disney.scatter(at, bsdf),
             Model::Mix(mix) => self.scatter_mix(mix, at, bsdf),
         }
     }
@@ -236,6 +241,7 @@ impl Materials {
             Model::KdSubsurface(m) => {
                 Some(m.bssrdf(&at, &self.diffusion[m.table.index()], max_sigma_t))
             }
+            Model::Disney(m) => m.bssrdf(&at, 1.0 / max_sigma_t),
             Model::Mix(mix) => self.bssrdf(mix.first, surface, ctx, textures),
             _ => None,
         }
@@ -268,6 +274,8 @@ impl Materials {
             Model::Plastic(_) => 2,
             Model::Translucent(_) => 3,
             Model::Uber(_) => 4,
+            // Base, highlight, coat, refraction, and either diffuse transmission or what lets light in.
+            Model::Disney(_) => 5,
             Model::Mix(mix) => self.max_lobes(mix.first) + self.max_lobes(mix.second),
         }
     }
@@ -289,6 +297,7 @@ impl Model {
             Self::KdSubsurface(subsurface) => subsurface.inputs(),
             Self::Hair(hair) => hair.inputs(),
             Self::Fourier(_) => Vec::new(),
+            Self::Disney(disney) => disney.inputs(),
             Self::Mix(mix) => vec![mix.amount.into()],
         }
     }

@@ -6,6 +6,7 @@ use crate::math::{Frame, Normal3, Vec3};
 use crate::sampling::rng::ONE_MINUS_EPSILON;
 use crate::scatter::bssrdf::SubsurfaceExit;
 use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
+use crate::scatter::disney::{Clearcoat, DisneyBase};
 use crate::scatter::fourier::FourierTable;
 use crate::scatter::fresnel_blend::FresnelBlend;
 use crate::scatter::hair::Hair;
@@ -76,6 +77,10 @@ pub enum Bxdf<'a> {
     Hair(Hair),
     /// A table.
     Fourier(&'a FourierTable),
+    /// Diffuse base of the Disney material.
+    DisneyBase(DisneyBase),
+    /// Clear coat of the Disney material.
+    Clearcoat(Clearcoat),
 }
 
 impl Bxdf<'_> {
@@ -96,7 +101,9 @@ impl Bxdf<'_> {
             | Self::SubsurfaceExit(_)
             | Self::Mirror(_)
             | Self::RoughReflection(_)
-            | Self::FresnelBlend(_) => Sides::Reflection,
+            | Self::FresnelBlend(_)
+            | Self::DisneyBase(_)
+            | Self::Clearcoat(_) => Sides::Reflection,
             Self::DiffuseTransmission(_) | Self::PassThrough(_) => Sides::Transmission,
             Self::SmoothDielectric(_) | Self::RoughDielectric(_) => Sides::Each,
             Self::Hair(_) | Self::Fourier(_) => Sides::Both,
@@ -116,6 +123,8 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => lobe.f(wo, wi),
             Self::Hair(lobe) => lobe.f(wo, wi),
             Self::Fourier(table) => table.f(wo, wi, mode),
+            Self::DisneyBase(lobe) => lobe.f(wo, wi),
+            Self::Clearcoat(lobe) => lobe.f(wo, wi),
         }
     }
 
@@ -132,6 +141,8 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => lobe.pdf(wo, wi),
             Self::Hair(lobe) => lobe.pdf(wo, wi),
             Self::Fourier(table) => table.pdf(wo, wi),
+            Self::DisneyBase(lobe) => lobe.pdf(wo, wi),
+            Self::Clearcoat(lobe) => lobe.pdf(wo, wi),
         }
     }
 
@@ -157,6 +168,8 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
             Self::Hair(lobe) => lobe.sample(wo, u_part, u).map(Smooth),
             Self::Fourier(table) => table.sample(wo, u_part, u).map(Smooth),
+            Self::DisneyBase(lobe) => Some(Smooth(lobe.sample(wo, u))),
+            Self::Clearcoat(lobe) => lobe.sample(wo, u).map(Smooth),
         }
     }
 }

@@ -20,6 +20,15 @@ pub enum Fresnel {
         /// Imaginary part: absorption.
         k: Rgb,
     },
+    /// Between a dielectric in vacuum and Schlick's approximation of a metal (Burley 2015).
+    Disney {
+        /// Reflectance head on, for the approximation.
+        r0: Rgb,
+        /// Part of the approximation, in [0, 1].
+        metallic: f32,
+        /// Index of refraction of the dielectric.
+        eta: f32,
+    },
 }
 
 impl Fresnel {
@@ -35,8 +44,19 @@ impl Fresnel {
                 let channel = |c: usize| conductor(cos_i.abs(), eta[c], k[c]);
                 Rgb::new(channel(0), channel(1), channel(2))
             }
+            Self::Disney { r0, metallic, eta } => {
+                let schlick = r0.lerp(Rgb::ONE, schlick_weight(cos_i));
+                Rgb::splat(dielectric(cos_i, 1.0, eta)).lerp(schlick, metallic)
+            }
         }
     }
+}
+
+/// (1 − cos)⁵ of Schlick 1994: how far a reflectance has gone from its value head on to 1; all the way below the
+/// horizon.
+#[inline]
+pub fn schlick_weight(cos: f32) -> f32 {
+    (1.0 - cos).clamp(0.0, 1.0).powi(5)
 }
 
 /// Reflectance of a smooth dielectric. `cos_i` is signed: positive on the side of index `eta_outside`, negative on

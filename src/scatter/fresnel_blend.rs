@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use crate::math::Vec3;
 use crate::sampling::warp::{cosine_hemisphere, cosine_hemisphere_pdf};
+use crate::scatter::fresnel::schlick_weight;
 use crate::scatter::microfacet::{TrowbridgeReitz, unit};
 use crate::scatter::same_hemisphere;
 use crate::spectrum::Rgb;
@@ -64,7 +65,7 @@ impl FresnelBlend {
     /// Schlick's approximation of Fresnel's equations.
     #[inline]
     fn schlick(&self, cos: f32) -> Rgb {
-        self.rs + (Rgb::ONE - self.rs) * (1.0 - cos).max(0.0).powi(5)
+        self.rs + (Rgb::ONE - self.rs) * schlick_weight(cos)
     }
 }
 

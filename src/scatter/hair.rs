@@ -292,7 +292,7 @@ fn scaled_bessel_i0(x: f32) -> f32 {
         polynomial(&series, t) * (-x).exp()
     } else {
         let series = [
-            0.398_942_28,
+            0.398_942_3,
             0.013_285_92,
             0.002_253_19,
             -0.001_575_65,

@@ -7,6 +7,7 @@ pub mod bsdf;
 pub mod bssrdf;
 pub mod diffuse;
 pub mod diffusion;
+pub mod disney;
 pub mod fourier;
 pub mod fresnel;
 pub mod fresnel_blend;

@@ -126,6 +126,75 @@ fn m06_white_fibres_return_all_they_receive_at_every_roughness() {
     }
 }
 
+/// The published formulas as they stand (Chiang et al. 2016; pbrt-v3), in double precision and one channel, for
+/// directions (θ, φ), times the cosine.
+fn published(h: f64, sigma_a: f64, [m, n, alpha]: [f64; 3], o: [f64; 2], i: [f64; 2]) -> f64 {
+    use std::f64::consts::PI;
+    const ETA: f64 = 1.55;
+    let gamma_o = h.asin();
+    let gamma_t = (h * o[0].cos() / (ETA * ETA - o[0].sin().powi(2)).sqrt()).asin();
+    let theta_t = (o[0].sin() / ETA).asin();
+    let t = (-sigma_a * 2.0 * gamma_t.cos() / theta_t.cos()).exp();
+    let f = {
+        let cos_i: f64 = o[0].cos() * gamma_o.cos();
+        let cos_t = (1.0 - (1.0 - cos_i * cos_i) / (ETA * ETA)).sqrt();
+        let parallel = (ETA * cos_i - cos_t) / (ETA * cos_i + cos_t);
+        let perpendicular = (cos_i - ETA * cos_t) / (cos_i + ETA * cos_t);
+        0.5 * (parallel.powi(2) + perpendicular.powi(2))
+    };
+    let v = (0.726 * m + 0.812 * m * m + 3.7 * m.powi(20)).powi(2);
+    let s = (PI / 8.0).sqrt() * (0.265 * n + 1.194 * n * n + 5.372 * n.powi(22));
+    let longitudinal = |theta_o: f64, v: f64| {
+        let a = i[0].cos() * theta_o.cos().abs() / v;
+        let (mut term, mut bessel) = (1.0, 1.0);
+        for k in 1..300 {
+            term *= a * a / 4.0 / f64::from(k * k);
+            bessel += term;
+        }
+        (-i[0].sin() * theta_o.sin() / v).exp() * bessel / (2.0 * v * (1.0 / v).sinh())
+    };
+    let azimuthal = |p: f64| {
+        let x = i[1] - o[1] - (2.0 * p * gamma_t - 2.0 * gamma_o + p * PI);
+        let x = x - 2.0 * PI * (x / (2.0 * PI)).round();
+        let cdf = |x: f64| 1.0 / (1.0 + (-x / s).exp());
+        let e = (-x.abs() / s).exp();
+        e / (s * (1.0 + e).powi(2)) / (cdf(PI) - cdf(-PI))
+    };
+    let passed = (1.0 - f).powi(2) * t;
+    f * longitudinal(o[0] - 2.0 * alpha, v) * azimuthal(0.0)
+        + passed * longitudinal(o[0] + alpha, v / 4.0) * azimuthal(1.0)
+        + passed * t * f * longitudinal(o[0] + 4.0 * alpha, 4.0 * v) * azimuthal(2.0)
+        + passed * (t * f).powi(2) / (1.0 - t * f) * longitudinal(o[0], 4.0 * v) / (2.0 * PI)
+}
+
+#[test]
+fn values_are_those_of_the_published_formulas() {
+    let mut random = Uniform::new(21);
+    for _ in 0..20_000 {
+        let mut between = |low: f64, high: f64| low + (high - low) * f64::from(random.unit());
+        let (h, sigma_a) = (between(-1.0, 1.0), between(0.0, 2.0));
+        let [m, n, alpha] = [between(0.2, 1.0), between(0.1, 1.0), between(-4.0, 4.0)];
+        let [o, i] = [0, 1].map(|_| [between(-1.5, 1.5), between(-3.1, 3.1)]);
+        let direction = |[theta, phi]: [f64; 2]| {
+            let (x, across) = theta.sin_cos();
+            Vec3::new(
+                x as f32,
+                (across * phi.cos()) as f32,
+                (across * phi.sin()) as f32,
+            )
+        };
+        let (wo, wi) = (direction(o), direction(i));
+        let absorbed = Rgb::splat(sigma_a as f32);
+        let hair = Hair::new(h as f32, 1.55, absorbed, m as f32, n as f32, alpha as f32);
+        let actual = f64::from(hair.f(wo, wi).g() * wi.z().abs());
+        let expected = published(h, sigma_a, [m, n, alpha.to_radians()], o, i);
+        assert!(
+            (actual / expected - 1.0).abs() < 2e-3 || (actual - expected).abs() < 1e-6,
+            "h {h}, beta {m} {n}, {o:?} {i:?}: {actual} is not {expected}"
+        );
+    }
+}
+
 #[test]
 fn m06_energy_by_uniform_directions_is_energy_by_sampling() {
     // Two estimators that share nothing but the value.

@@ -1,4 +1,4 @@
-//! Scattering functions of many parameters: hair fibres, measured tables. Their samples follow their densities, their
+//! Scattering functions of many parameters: hair fibres, tables, the Disney material. Their samples follow their densities, their
 //! energies agree by independent estimators, and extremes stay sound.
 
 #[path = "../common/findings.rs"]
@@ -8,6 +8,7 @@ mod probe;
 #[path = "../common/scene.rs"]
 mod scene;
 
+mod disney;
 mod fourier;
 mod hair;
 

@@ -6,6 +6,7 @@ use tyndall::math::Vec3;
 use tyndall::scatter::diffusion::DiffusionTable;
 use tyndall::scatter::{Bssrdf, TransportMode};
 use tyndall::spectrum::Rgb;
+use tyndall_test_support::z_test::Mean;
 
 use crate::findings::findings;
 use crate::probe::{Probe, assert_mean};
@@ -138,4 +139,25 @@ fn m07_extreme_coefficients_have_limits() {
             &material,
         );
     }
+}
+
+#[test]
+fn how_far_light_wanders_below_a_plane_does_not_change_how_much_comes_back() {
+    let plane = "ReverseOrientation Shape \"disk\" \"float radius\" 20";
+    let mean = |distance: &str| {
+        let material = format!(
+            "\"disney\" \"rgb color\" [.4 .4 .4] \"rgb scatterdistance\" [{distance} {distance} {distance}]"
+        );
+        Probe::new(&body(&material, plane, 1)).means(100_000)[0]
+    };
+    let (near, far) = (mean("1e-6"), mean("0.1"));
+    let noise = near.standard_error.hypot(far.standard_error);
+    let difference = Mean {
+        value: near.value - far.value,
+        standard_error: noise,
+        ..near
+    };
+    difference.agrees_with(0.0).assert_accepted("disney plane");
+    // What the diffuse part alone lets in and out.
+    assert!(near.value > 0.3, "{}", near.value);
 }

@@ -1,16 +1,51 @@
 //! The tables of `fourier` materials: each file is read once, however many materials name it.
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::schema::Family;
 use tyndall_parser::source::Spanned;
 
 use super::MaterialBuilder;
+use super::models::{ModelReader, default_matte};
 use crate::compile::assets::Assets;
+use crate::compile::textures::TextureBuilder;
+use crate::describe::description::ShapeEntity;
 use crate::ids::FourierTableId;
+use crate::material::{Fourier, Material, Model};
 use crate::scatter::fourier::{self, FourierTable};
 
 impl MaterialBuilder {
+    pub(super) fn fourier(
+        &mut self,
+        index: usize,
+        shape: Option<&ShapeEntity>,
+        textures: &mut TextureBuilder,
+        diagnostics: &mut Diagnostics,
+    ) -> Material {
+        let entity = &self.entities[index].entity;
+        let Some(plugin) = Family::Material.find("fourier") else {
+            return default_matte();
+        };
+        let reader = ModelReader::new(
+            plugin,
+            entity,
+            shape,
+            textures,
+            &mut self.diffusion,
+            diagnostics,
+        );
+        let (file, bump) = reader.table_file();
+        let table = match file {
+            Some(file) => self.table(&file, textures.assets(), diagnostics),
+            None => FourierTableId::NONE,
+        };
+        Material {
+            model: Model::Fourier(Fourier { table }),
+            bump,
+        }
+    }
+
     /// The table in a file; `NONE` if it cannot be read, which is reported at the first place that names it.
-    pub(super) fn table(
+    fn table(
         &mut self,
         file: &Spanned<String>,
         assets: &dyn Assets,

@@ -1,5 +1,6 @@
 //! The parameters of each material.
 
+mod disney;
 mod hair;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
@@ -79,6 +80,7 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
             "subsurface" => self.subsurface(),
             "kdsubsurface" => self.kdsubsurface(),
             "hair" => self.hair(),
+            "disney" => self.disney(),
             name => {
                 let what = format!("the material \"{name}\"");
                 let span = self.params.kind_span();

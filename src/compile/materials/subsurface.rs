@@ -30,6 +30,11 @@ impl DiffusionTables {
         }
     }
 
+    /// Length in render space of one world unit.
+    pub(super) fn scale(&self) -> f64 {
+        self.scale
+    }
+
     pub(super) fn finish(self) -> Vec<DiffusionTable> {
         self.built
     }

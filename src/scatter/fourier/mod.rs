@@ -135,11 +135,14 @@ impl FourierTable {
                     }
                 }
             }
-            for k in 0..BLOCK {
-                for channel in 0..3 {
-                    sums[channel] += f64::from(mean[channel][k]) * cos;
-                }
+            let mut cosines = [0f64; BLOCK];
+            for value in &mut cosines {
+                *value = cos;
                 (cos, before) = (2.0 * cos_phi * cos - before, cos);
+            }
+            for (sum, mean) in sums.iter_mut().zip(&mean) {
+                let terms = mean.iter().zip(&cosines);
+                *sum += terms.map(|(a, cos)| f64::from(*a) * cos).sum::<f64>();
             }
         }
         sums.map(|sum| sum as f32)
