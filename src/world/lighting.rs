@@ -54,6 +54,9 @@ impl World {
         };
         match light {
             Light::Point(point) => 4.0 * PI * point.intensity.luminance() as f64,
+            Light::Spot(spot) => spot.power(),
+            Light::Projection(projection) => projection.power(),
+            Light::Goniometric(goniometric) => goniometric.power(),
             Light::Distant(distant) => PI * radius * radius * distant.radiance.luminance() as f64,
             Light::Infinite(infinite) => infinite.power(radius),
             Light::Area(area) => {
@@ -78,7 +81,12 @@ impl World {
         let total: f64 = powers.iter().sum();
         let source = |i: usize| match &self.lights[i] {
             Light::Area(area) => self.geometry(area.geometry).first_light.index(),
-            Light::Point(_) | Light::Distant(_) | Light::Infinite(_) => i,
+            Light::Point(_)
+            | Light::Spot(_)
+            | Light::Projection(_)
+            | Light::Goniometric(_)
+            | Light::Distant(_)
+            | Light::Infinite(_) => i,
         };
         let mut source_power = vec![0.0; powers.len()];
         for (i, power) in powers.iter().enumerate() {
@@ -98,16 +106,16 @@ impl World {
     pub fn sample_light(&self, at: &Receiver, u_light: f64, u: [f32; 2]) -> Option<LightSample> {
         let (index, pmf) = self.light_choice.sample(u_light)?;
         match &self.lights[index] {
-            Light::Point(point) => {
-                let to_light = point.p - at.p;
-                let d2 = to_light.length_squared();
-                let wi = to_light.try_normalize()?;
-                let radiance = point.intensity * (1.0 / d2);
-                let shadow = self.shadow_ray(at, point.p, wi);
-                Some(LightSample {
-                    t_max: shadow.1,
-                    shadow: shadow.0,
-                    ..Self::delta(wi, radiance, pmf)
+            Light::Point(point) => self.sample_position(at, point.p, pmf, |_| point.intensity),
+            Light::Spot(spot) => {
+                self.sample_position(at, spot.position(), pmf, |w| spot.intensity(w))
+            }
+            Light::Projection(projection) => {
+                self.sample_position(at, projection.position(), pmf, |w| projection.intensity(w))
+            }
+            Light::Goniometric(goniometric) => {
+                self.sample_position(at, goniometric.position(), pmf, |w| {
+                    goniometric.intensity(w)
                 })
             }
             Light::Distant(distant) => {
@@ -144,6 +152,25 @@ impl World {
             Light::Area(area) => self.sample_area_light(area, at, u, pmf),
         }
         .filter(|sample| !sample.radiance.is_black())
+    }
+
+    /// Light from a point at `p` of an intensity by direction.
+    fn sample_position(
+        &self,
+        at: &Receiver,
+        p: Point3,
+        pmf: f32,
+        intensity: impl Fn(Vec3) -> Rgb,
+    ) -> Option<LightSample> {
+        let to_light = p - at.p;
+        let wi = to_light.try_normalize()?;
+        let radiance = intensity(-wi) * (1.0 / to_light.length_squared());
+        let shadow = self.shadow_ray(at, p, wi);
+        Some(LightSample {
+            t_max: shadow.1,
+            shadow: shadow.0,
+            ..Self::delta(wi, radiance, pmf)
+        })
     }
 
     fn delta(wi: Vec3, radiance: Rgb, pmf: f32) -> LightSample {
