@@ -5,11 +5,13 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
 
 use crate::compile::assets::Assets;
+use crate::compile::media::Media;
 use crate::compile::reader::ParamReader;
 use crate::compile::space::{self, RenderSpace};
 use crate::compile::textures::read_image;
 use crate::compile::{lookup, spectra};
 use crate::describe::description::{Entity, Frame, LightEntity};
+use crate::ids::MediumId;
 use crate::image::Image;
 use crate::image::mip::Wrap;
 use crate::image::repair::Samples;
@@ -19,17 +21,26 @@ use crate::light::{
 };
 use crate::math::{Point3, Vec3};
 use crate::spectrum::Rgb;
+use crate::world::WorldParts;
 
 /// Adds the lights of a frame. Black ones are left out, unless a map could not be used.
 pub(super) fn build(
     frame: &Frame,
     space: &RenderSpace,
     assets: &dyn Assets,
-    lights: &mut Vec<Light>,
+    media: &mut Media,
+    parts: &mut WorldParts,
     diagnostics: &mut Diagnostics,
 ) {
     for entity in &frame.lights {
-        lights.extend(light(entity, space, assets, diagnostics));
+        let Some(light) = light(entity, space, assets, diagnostics) else {
+            continue;
+        };
+        parts.lights.push(light);
+        let medium = entity
+            .medium
+            .map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
+        parts.light_media.resize(parts.lights.len(), medium);
     }
 }
 

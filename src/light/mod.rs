@@ -8,6 +8,7 @@ pub mod infinite;
 mod placed_map;
 pub mod projection;
 pub mod spot;
+pub mod tree;
 
 use crate::ids::GeometryId;
 use crate::math::{Normal3, Point3, Vec3};
@@ -17,6 +18,7 @@ pub use goniometric::GoniometricLight;
 pub use infinite::InfiniteLight;
 pub use projection::ProjectionLight;
 pub use spot::SpotLight;
+pub use tree::{Emitter, LightTree};
 
 /// A light.
 #[derive(Clone, Debug)]

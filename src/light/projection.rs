@@ -41,6 +41,8 @@ struct Table {
     pdf_plane: Vec<f32>,
     /// Sum over the texels of luminance times solid angle.
     total: f64,
+    /// Of the window.
+    solid_angle: f64,
 }
 
 impl ProjectionLight {
@@ -128,6 +130,12 @@ impl ProjectionLight {
         pdf_plane * in_light.z.powi(-3) * self.placement.jacobian(in_light)
     }
 
+    /// Luminance of the intensity, on average over the window.
+    pub fn mean_intensity(&self) -> f64 {
+        f64::from(self.intensity.map(f32::abs).luminance()) * self.table.total
+            / self.table.solid_angle
+    }
+
     /// Unit axis in render space, and the half angle of a cone around it that holds all light, in radians.
     pub fn cone(&self) -> (Vec3, f32) {
         let (axis, _) = self.placement.to_render(Vec3A::Z);
@@ -180,6 +188,8 @@ impl Table {
             columns,
             pdf_plane: pdf_plane.collect(),
             total,
+            solid_angle: from_axis(width, height) - from_axis(0, height) - from_axis(width, 0)
+                + from_axis(0, 0),
         })
     }
 }

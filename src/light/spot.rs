@@ -125,6 +125,11 @@ impl SpotLight {
         falloff * self.placement.jacobian(in_light) / self.weighted_solid_angle() as f32
     }
 
+    /// Luminance of the intensity on the axis.
+    pub fn axis_intensity(&self) -> f64 {
+        f64::from(self.intensity.map(f32::abs).luminance())
+    }
+
     /// Unit axis in render space, and the half angle of a cone around it that holds all light, in radians.
     pub fn cone(&self) -> (Vec3, f32) {
         let (axis, _) = self.placement.to_render(Vec3A::Z);
