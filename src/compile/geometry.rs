@@ -61,6 +61,8 @@ pub(super) struct Loaded {
 struct Surface {
     material: MaterialId,
     media: Option<MediumInterface>,
+    /// Asked for where it emits.
+    medium_outside: MediumId,
     /// Radiance, and whether both sides emit.
     emission: Option<(Rgb, bool)>,
     cutout: Cutout,
@@ -458,6 +460,8 @@ fn add(
                         two_sided,
                     })
                 }));
+            let medium = surface.medium_outside;
+            parts.light_media.resize(parts.lights.len(), medium);
             first
         }
     };
@@ -481,6 +485,12 @@ impl Builders<'_> {
     ) -> Surface {
         let entity = &shape.entity;
         let material = self.materials.id(entity, &mut self.textures, diagnostics);
+        let mut emission = entity.area_light.and_then(|AreaLightRef(index)| {
+            let index = index as usize;
+            *area_lights[index].get_or_insert_with(|| {
+                area_light(&frame.area_lights[index], self.assets, diagnostics)
+            })
+        });
         let mut side = |medium: Option<_>| {
             medium.map_or(MediumId::NONE, |medium| self.media.id(medium, diagnostics))
         };
@@ -488,12 +498,11 @@ impl Builders<'_> {
             inside: side(entity.media.inside),
             outside: side(entity.media.outside),
         });
-        let mut emission = entity.area_light.and_then(|AreaLightRef(index)| {
-            let index = index as usize;
-            *area_lights[index].get_or_insert_with(|| {
-                area_light(&frame.area_lights[index], self.assets, diagnostics)
-            })
-        });
+        let medium_outside = match &media {
+            Some(media) => media.outside,
+            None if emission.is_some() => side(entity.media.outside),
+            None => MediumId::NONE,
+        };
         // What turns to whoever looks at it has no back.
         if let (Some((_, two_sided)), Local::Curves(source)) = (&mut emission, &shape.local) {
             *two_sided |= source.style != CurveStyle::Ribbon;
@@ -501,6 +510,7 @@ impl Builders<'_> {
         Surface {
             material,
             media,
+            medium_outside,
             emission,
             cutout: Cutout {
                 alpha: self.mask(shape.masks.alpha, diagnostics),

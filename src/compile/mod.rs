@@ -106,7 +106,7 @@ fn build(
         assets,
     };
     let mut parts = WorldParts {
-        choose_lights_by_power: integrator.choose_lights_by_power,
+        light_strategy: integrator.light_strategy,
         shutter: camera.shutter(),
         ..WorldParts::default()
     };
@@ -115,7 +115,14 @@ fn build(
         Some(medium) => builders.media.id(medium, diagnostics),
         None => MediumId::NONE,
     };
-    lights::build(frame, &space, assets, &mut parts.lights, diagnostics);
+    lights::build(
+        frame,
+        &space,
+        assets,
+        &mut builders.media,
+        &mut parts,
+        diagnostics,
+    );
     if parts.lights.is_empty() {
         diagnostics.push(
             Diagnostic::warning("no-lights", frame.span, "the scene has no lights")

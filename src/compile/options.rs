@@ -9,6 +9,7 @@ use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
 use crate::integrator::{Integrator, Path};
+use crate::world::LightStrategy;
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
@@ -204,7 +205,7 @@ pub(super) struct IntegratorOptions {
     pub(super) integrator: Integrator,
     pub(super) name: &'static str,
     pub(super) volumetric: bool,
-    pub(super) choose_lights_by_power: bool,
+    pub(super) light_strategy: LightStrategy,
     pub(super) pixel_bounds: Option<PixelRect>,
 }
 
@@ -225,7 +226,11 @@ pub(super) fn integrator(
         max_depth: u32::try_from(p.int("maxdepth")).unwrap_or(0),
         rr_threshold: p.float("rrthreshold"),
     };
-    let choose_lights_by_power = p.choice("lightsamplestrategy") != "uniform";
+    let light_strategy = match p.choice("lightsamplestrategy") {
+        "uniform" => LightStrategy::Uniform,
+        "power" => LightStrategy::Power,
+        _ => LightStrategy::Spatial,
+    };
     let pixel_bounds = p.ints::<4>("pixelbounds").map(|[x0, x1, y0, y1]| {
         let length = |a: i32, b: i32| usize::try_from(b as i64 - a as i64).unwrap_or(0);
         PixelRect {
@@ -246,7 +251,7 @@ pub(super) fn integrator(
         integrator,
         name,
         volumetric,
-        choose_lights_by_power,
+        light_strategy,
         pixel_bounds,
     })
 }

@@ -16,7 +16,7 @@ use crate::integrator::Counters;
 use crate::integrator::footprint::texture_context;
 use crate::integrator::subsurface::{Entry, sample_exit};
 use crate::math::error::EPSILON;
-use crate::math::{Frame, Normal3, Point3, Ray, Vec3};
+use crate::math::{Frame, Normal3, Ray, Vec3};
 use crate::medium::MediumEvent;
 use crate::sampler::Sampler;
 use crate::sampling::mis::power_heuristic;
@@ -50,7 +50,7 @@ enum Origin {
     /// From the camera or a specular bounce: light sampling cannot find what it finds.
     Certain,
     /// Drawn at a point with a density that light sampling competes with.
-    Drawn { from: Point3, pdf_w: f32 },
+    Drawn { at: Receiver, pdf_w: f32 },
     /// Light was looked for by other rays, or the model lets none through.
     Hidden,
 }
@@ -201,9 +201,9 @@ impl State<'_> {
         let w = self.ray.d;
         let le = match self.origin {
             Origin::Certain => self.world.environment(w),
-            Origin::Drawn { pdf_w, .. } => self
+            Origin::Drawn { at, pdf_w } => self
                 .world
-                .environment_weighted(w, |pdf_light| power_heuristic(pdf_w, pdf_light)),
+                .environment_weighted(&at, w, |pdf_light| power_heuristic(pdf_w, pdf_light)),
             Origin::Hidden => return,
         };
         self.radiance += self.beta * le;
@@ -219,8 +219,8 @@ impl State<'_> {
         }
         let weight = match self.origin {
             Origin::Certain => 1.0,
-            Origin::Drawn { from, pdf_w } => {
-                power_heuristic(pdf_w, self.world.pdf_of_hit(light, hit, surface, from))
+            Origin::Drawn { at, pdf_w } => {
+                power_heuristic(pdf_w, self.world.pdf_of_hit(light, hit, surface, &at))
             }
             Origin::Hidden => return,
         };
@@ -294,13 +294,13 @@ impl State<'_> {
         let p = self.ray.at(t);
         let wo = -self.ray.d;
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
+        let at = Receiver {
+            p,
+            p_err: Vec3::ZERO,
+            ng: Normal3::ZERO,
+            time: self.ray.time,
+        };
         if !phase.is_delta() {
-            let at = Receiver {
-                p,
-                p_err: Vec3::ZERO,
-                ng: Normal3::ZERO,
-                time: self.ray.time,
-            };
             let medium = self.medium;
             if let Some(sample) = self.world.sample_light(&at, u_light, u) {
                 let density = phase.p(wo, sample.wi);
@@ -318,7 +318,7 @@ impl State<'_> {
         self.origin = if phase.is_delta() {
             Origin::Certain
         } else {
-            Origin::Drawn { from: p, pdf_w }
+            Origin::Drawn { at, pdf_w }
         };
         self.ray = Ray {
             o: p,
@@ -397,13 +397,13 @@ impl State<'_> {
             }
         };
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
+        let at = Receiver {
+            p: surface.p,
+            p_err: surface.p_err,
+            ng: surface.ng,
+            time: self.ray.time,
+        };
         if bsdf.has_non_specular() {
-            let at = Receiver {
-                p: surface.p,
-                p_err: surface.p_err,
-                ng: surface.ng,
-                time: self.ray.time,
-            };
             if let Some(sample) = self.world.sample_light(&at, u_light, u) {
                 let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
                 if !f.is_black() {
@@ -427,7 +427,7 @@ impl State<'_> {
             Origin::Certain
         } else {
             Origin::Drawn {
-                from: surface.p,
+                at,
                 pdf_w: sample.pdf_w,
             }
         };
@@ -475,7 +475,7 @@ mod tests {
     use super::*;
     use crate::ids::{LightId, MaterialId, ObjectId};
     use crate::light::{InfiniteLight, Light};
-    use crate::math::Transform;
+    use crate::math::{Point3, Transform};
     use crate::shape::quadric::{Form, Sphere};
     use crate::shape::{Quadric, Shape};
     use crate::world::{Cutout, Geometry, WorldParts};

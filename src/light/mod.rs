@@ -3,19 +3,34 @@
 //! Powers are in units of render space and serve only to choose among lights.
 
 mod environment;
+pub mod goniometric;
 pub mod infinite;
+mod placed_map;
+pub mod projection;
+pub mod spot;
+pub mod tree;
 
 use crate::ids::GeometryId;
 use crate::math::{Normal3, Point3, Vec3};
 use crate::sampling::alias::AliasTable;
 use crate::spectrum::Rgb;
+pub use goniometric::GoniometricLight;
 pub use infinite::InfiniteLight;
+pub use projection::ProjectionLight;
+pub use spot::SpotLight;
+pub use tree::{Emitter, LightTree};
 
 /// A light.
 #[derive(Clone, Debug)]
 pub enum Light {
     /// Shines from a point in all directions alike.
     Point(PointLight),
+    /// Shines from a point into a cone.
+    Spot(Box<SpotLight>),
+    /// Projects a picture from a point.
+    Projection(Box<ProjectionLight>),
+    /// Shines from a point as a map of directions says.
+    Goniometric(Box<GoniometricLight>),
     /// Shines from infinitely far away in one direction.
     Distant(DistantLight),
     /// Surrounds the scene.

@@ -5,7 +5,7 @@ use glam::DVec3;
 use crate::math::error::{EPSILON, gamma};
 use crate::math::{Bounds3, Frame, Normal3, Point3, Vec3};
 use crate::sampling::warp::uniform_triangle;
-use crate::shape::{ElementHit, RayShear, ShapeSample, SurfacePoint, area_to_solid_angle};
+use crate::shape::{AreaSample, ElementHit, Emission, RayShear, ShapeSample, SurfacePoint};
 
 /// Distance from the edges of a triangle at which rays leave it, in rounding errors of its coordinates: walls behind
 /// edges of down to about 10° stay behind.
@@ -254,20 +254,39 @@ impl Mesh {
         (Point3::from_f64(p), Vec3::from_f64(spread.abs()) * gamma(2))
     }
 
-    /// See [`crate::shape::Shape::sample_toward`]: uniform by area.
-    pub fn sample_toward(&self, triangle: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
+    /// See [`crate::shape::Shape::sample_area`].
+    pub fn sample_area(&self, triangle: u32, u: [f32; 2]) -> AreaSample {
         let barycentric = uniform_triangle(u);
         let [b0, b1] = barycentric.map(f64::from);
         let b = [b0, b1, 1.0 - b0 - b1];
         let (p, p_err) = self.point(triangle, b);
-        let ng = Normal3::from_f64(self.oriented_normals(triangle, b).0);
-        let pdf_w = area_to_solid_angle(from, p, ng, 1.0 / self.area(triangle));
-        (pdf_w > 0.0).then_some(ShapeSample {
+        AreaSample {
             p,
             p_err,
-            ng,
-            pdf_w,
+            ng: Normal3::from_f64(self.oriented_normals(triangle, b).0),
+            pdf_area: 1.0 / self.area(triangle),
             barycentric,
-        })
+        }
+    }
+
+    /// See [`crate::shape::Shape::emission`].
+    pub fn emission(&self, triangle: u32) -> Emission {
+        let third = 1.0 / 3.0;
+        let ng = self.oriented_normals(triangle, [third; 3]).0;
+        let corners = [DVec3::X, DVec3::Y, DVec3::Z];
+        // Vertex normals may turn the triangle around within itself.
+        let turns = corners
+            .iter()
+            .any(|b| self.oriented_normals(triangle, b.to_array()).0.dot(ng) < 0.0);
+        if turns {
+            Emission::Round
+        } else {
+            Emission::Flat(Normal3::from_f64(ng))
+        }
+    }
+
+    /// See [`crate::shape::Shape::sample_toward`]: uniform by area.
+    pub fn sample_toward(&self, triangle: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
+        self.sample_area(triangle, u).toward(from)
     }
 }

@@ -121,6 +121,44 @@ pub struct ShapeSample {
     pub barycentric: [f32; 2],
 }
 
+/// A point drawn on a shape uniformly by area; in object space, where a transform stretches a quadric.
+#[derive(Clone, Copy, Debug)]
+pub struct AreaSample {
+    /// The point.
+    pub p: Point3,
+    /// Half extents of a box around `p` that holds the exact point.
+    pub p_err: Vec3,
+    /// Normal as in [`SurfacePoint::ng`].
+    pub ng: Normal3,
+    /// Density per area of render space; infinite for an element without area.
+    pub pdf_area: f64,
+    /// As in [`ElementHit::barycentric`].
+    pub barycentric: [f32; 2],
+}
+
+impl AreaSample {
+    /// As seen by a receiver at `from`. `None` where the density is not positive and finite.
+    fn toward(self, from: Point3) -> Option<ShapeSample> {
+        let pdf_w = area_to_solid_angle(from, self.p, self.ng, self.pdf_area);
+        (pdf_w > 0.0).then_some(ShapeSample {
+            p: self.p,
+            p_err: self.p_err,
+            ng: self.ng,
+            pdf_w,
+            barycentric: self.barycentric,
+        })
+    }
+}
+
+/// Whereto the normals of an element point.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Emission {
+    /// All to one side: the unit normal.
+    Flat(Normal3),
+    /// Anywhere.
+    Round,
+}
+
 impl Shape {
     /// Number of elements, the units of intersection and of light sampling.
     pub fn n_elements(&self) -> usize {
@@ -184,6 +222,34 @@ impl Shape {
             Self::Mesh(mesh) => mesh.sample_toward(element, from, u),
             Self::Quadric(quadric) => quadric.sample_toward(from, u),
             Self::Curves(curves) => curves.sample_toward(element, from, u),
+        }
+    }
+
+    /// Draws a point of one element by area. `None` for curves, which have no surface of their own: a band turns to
+    /// whoever looks at it.
+    pub fn sample_area(&self, element: u32, u: [f32; 2]) -> Option<AreaSample> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh.sample_area(element, u)),
+            Self::Quadric(quadric) => Some(quadric.sample_area(u.map(f64::from))),
+            Self::Curves(_) => None,
+        }
+    }
+
+    /// Density per area with which [`Shape::sample_area`] draws the point `p` of an element; 0 for curves.
+    pub fn pdf_area(&self, element: u32, p: Point3) -> f64 {
+        match self {
+            Self::Mesh(mesh) => 1.0 / mesh.area(element),
+            Self::Quadric(quadric) => quadric.pdf_area(p),
+            Self::Curves(_) => 0.0,
+        }
+    }
+
+    /// Whereto the normals of an element point.
+    pub fn emission(&self, element: u32) -> Emission {
+        match self {
+            Self::Mesh(mesh) => mesh.emission(element),
+            Self::Quadric(quadric) => quadric.emission(),
+            Self::Curves(_) => Emission::Round,
         }
     }
 

@@ -1,5 +1,7 @@
 //! Direct light: choosing a light, drawing a point on it, and whether it is seen.
 
+use glam::DVec3;
+
 use crate::ids::{LightId, MediumId};
 use crate::light::{AreaLight, InfiniteLight, Light};
 use crate::math::error::offset_origin;
@@ -46,14 +48,12 @@ impl World {
     /// Power of a light in render-space units, for choosing among lights.
     pub(super) fn power(&self, light: &Light) -> f64 {
         use std::f64::consts::PI;
-        let bounds = self.bounds();
-        let radius = if bounds.is_empty() {
-            1.0
-        } else {
-            0.5 * bounds.extent().length() as f64
-        };
+        let (_, radius) = self.bounding_sphere();
         match light {
             Light::Point(point) => 4.0 * PI * point.intensity.luminance() as f64,
+            Light::Spot(spot) => spot.power(),
+            Light::Projection(projection) => projection.power(),
+            Light::Goniometric(goniometric) => goniometric.power(),
             Light::Distant(distant) => PI * radius * radius * distant.radiance.luminance() as f64,
             Light::Infinite(infinite) => infinite.power(radius),
             Light::Area(area) => {
@@ -64,50 +64,66 @@ impl World {
         }
     }
 
-    /// Weights by which lights are chosen: uniform, or half by power and half evenly among *sources* (a light, or all
-    /// elements of an emitting shape), so that a lamp is found beside a sky that outshines it by the size of the scene.
-    pub(super) fn light_weights(&self, by_power: bool) -> Vec<f64> {
-        if !by_power {
-            return vec![1.0; self.lights.len()];
+    /// Centre and radius of a sphere around all surfaces; of radius 1 around the origin if there are none.
+    pub fn bounding_sphere(&self) -> (DVec3, f64) {
+        let bounds = self.bounds();
+        if bounds.is_empty() {
+            return (DVec3::ZERO, 1.0);
         }
-        let powers: Vec<f64> = self
-            .lights
-            .iter()
-            .map(|light| self.power(light).max(0.0))
-            .collect();
-        let total: f64 = powers.iter().sum();
-        let source = |i: usize| match &self.lights[i] {
-            Light::Area(area) => self.geometry(area.geometry).first_light.index(),
-            Light::Point(_) | Light::Distant(_) | Light::Infinite(_) => i,
-        };
-        let mut source_power = vec![0.0; powers.len()];
-        for (i, power) in powers.iter().enumerate() {
-            source_power[source(i)] += power;
-        }
-        let n_sources = source_power.iter().filter(|power| **power > 0.0).count();
-        let share = |power: f64, of: f64| if of > 0.0 { power / of } else { 0.0 };
-        (0..powers.len())
-            .map(|i| {
-                share(powers[i], total)
-                    + share(powers[i], source_power[source(i)]) / n_sources as f64
-            })
-            .collect()
+        let (min, max) = (bounds.min.to_f64(), bounds.max.to_f64());
+        ((min + max) * 0.5, (max - min).length() * 0.5)
+    }
+
+    /// Number of lights.
+    pub fn n_lights(&self) -> usize {
+        self.lights.len()
+    }
+
+    /// A light.
+    #[inline]
+    pub fn light(&self, id: LightId) -> &Light {
+        &self.lights[id.index()]
+    }
+
+    /// Chooses a light for a receiver by `u` in [0, 1): the light and its probability, positive. `None` when there
+    /// are no lights.
+    #[inline]
+    pub fn choose_light(&self, at: &Receiver, u: f64) -> Option<(LightId, f32)> {
+        self.light_selection.choose(at, u)
+    }
+
+    /// Probability with which [`World::choose_light`] chooses `light` for the same receiver. Positive wherever the
+    /// light can contribute.
+    #[inline]
+    pub fn light_pmf(&self, at: &Receiver, light: LightId) -> f32 {
+        self.light_selection.pmf(at, light)
     }
 
     /// Chooses a light by `u_light` and a point on it by `u`. `None` where nothing can arrive.
     pub fn sample_light(&self, at: &Receiver, u_light: f64, u: [f32; 2]) -> Option<LightSample> {
-        let (index, pmf) = self.light_choice.sample(u_light)?;
-        match &self.lights[index] {
-            Light::Point(point) => {
-                let to_light = point.p - at.p;
-                let d2 = to_light.length_squared();
-                let wi = to_light.try_normalize()?;
-                let radiance = point.intensity * (1.0 / d2);
-                let shadow = self.shadow_ray(at, point.p, wi);
-                Some(LightSample {
-                    t_max: shadow.1,
-                    shadow: shadow.0,
-                    ..Self::delta(wi, radiance, pmf)
+        let (light, pmf) = self.choose_light(at, u_light)?;
+        self.sample_on_light(light, pmf, at, u)
+    }
+
+    /// Draws a point on a light that was chosen with probability `pmf`.
+    pub fn sample_on_light(
+        &self,
+        light: LightId,
+        pmf: f32,
+        at: &Receiver,
+        u: [f32; 2],
+    ) -> Option<LightSample> {
+        match self.light(light) {
+            Light::Point(point) => self.sample_position(at, point.p, pmf, |_| point.intensity),
+            Light::Spot(spot) => {
+                self.sample_position(at, spot.position(), pmf, |w| spot.intensity(w))
+            }
+            Light::Projection(projection) => {
+                self.sample_position(at, projection.position(), pmf, |w| projection.intensity(w))
+            }
+            Light::Goniometric(goniometric) => {
+                self.sample_position(at, goniometric.position(), pmf, |w| {
+                    goniometric.intensity(w)
                 })
             }
             Light::Distant(distant) => {
@@ -144,6 +160,25 @@ impl World {
             Light::Area(area) => self.sample_area_light(area, at, u, pmf),
         }
         .filter(|sample| !sample.radiance.is_black())
+    }
+
+    /// Light from a point at `p` of an intensity by direction.
+    fn sample_position(
+        &self,
+        at: &Receiver,
+        p: Point3,
+        pmf: f32,
+        intensity: impl Fn(Vec3) -> Rgb,
+    ) -> Option<LightSample> {
+        let to_light = p - at.p;
+        let wi = to_light.try_normalize()?;
+        let radiance = intensity(-wi) * (1.0 / to_light.length_squared());
+        let shadow = self.shadow_ray(at, p, wi);
+        Some(LightSample {
+            t_max: shadow.1,
+            shadow: shadow.0,
+            ..Self::delta(wi, radiance, pmf)
+        })
     }
 
     fn delta(wi: Vec3, radiance: Rgb, pmf: f32) -> LightSample {
@@ -267,17 +302,17 @@ impl World {
         }
     }
 
-    /// Density with which [`World::sample_light`] draws, from `from`, the point of an area light that was hit.
+    /// Density with which [`World::sample_light`] draws, for a receiver, the point of an area light that was hit.
     pub fn pdf_of_hit(
         &self,
         light: LightId,
         hit: &Hit,
         surface: &SurfacePoint,
-        from: Point3,
+        at: &Receiver,
     ) -> f32 {
         let shape = &self.geometry(hit.target.geometry).shape;
-        shape.pdf_toward(hit.target.element, from, surface.p, surface.ng)
-            * self.light_choice.pmf(light.index())
+        shape.pdf_toward(hit.target.element, at.p, surface.p, surface.ng)
+            * self.light_pmf(at, light)
     }
 
     /// Radiance of the infinite lights from the unit direction `w`.
@@ -286,13 +321,14 @@ impl World {
         self.infinite_lights().map(|(_, light)| light.le(w)).sum()
     }
 
-    /// The same, each light weighed by `weight` of the density with which [`World::sample_light`] draws `w` on it.
+    /// The same, each light weighed by `weight` of the density with which [`World::sample_light`] draws `w` on it for
+    /// a receiver.
     #[inline]
-    pub fn environment_weighted(&self, w: Vec3, weight: impl Fn(f32) -> f32) -> Rgb {
+    pub fn environment_weighted(&self, at: &Receiver, w: Vec3, weight: impl Fn(f32) -> f32) -> Rgb {
         self.infinite_lights()
             .map(|(id, light)| {
                 let (le, pdf_w) = light.le_and_pdf(w);
-                le * weight(pdf_w * self.light_choice.pmf(id.index()))
+                le * weight(pdf_w * self.light_pmf(at, id))
             })
             .sum()
     }

@@ -4,13 +4,15 @@
 //! that coordinates near the camera are small and lengths are near 1.
 
 pub mod cutout;
+pub mod emission;
 pub mod instance;
 pub mod lighting;
 pub mod media;
+pub mod selection;
 
 use crate::accel::Bvh;
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
-use crate::light::{Light, LightChoice};
+use crate::light::Light;
 use crate::material::Materials;
 use crate::math::error::offset_origin;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
@@ -18,9 +20,12 @@ use crate::medium::Medium;
 use crate::shape::{ElementHit, RayShear, Shape, SurfacePoint};
 use crate::texture::Textures;
 pub use cutout::Cutout;
+pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
 pub use lighting::{LightSample, Receiver};
 pub use media::MediumInterface;
+use selection::LightSelection;
+pub use selection::LightStrategy;
 
 /// A shape with everything that belongs to its surface.
 #[derive(Clone, Debug)]
@@ -114,10 +119,12 @@ pub struct WorldParts {
     pub media: Vec<Medium>,
     /// Lights, addressed by [`LightId`].
     pub lights: Vec<Light>,
+    /// The medium each light shines into, unless its surface separates two; `NONE` for lights beyond the last.
+    pub light_media: Vec<MediumId>,
     /// Medium around the camera.
     pub camera_medium: MediumId,
-    /// How a light is chosen: in proportion to its power, or uniformly.
-    pub choose_lights_by_power: bool,
+    /// How a light is chosen.
+    pub light_strategy: LightStrategy,
 }
 
 /// The frozen scene.
@@ -129,8 +136,9 @@ pub struct World {
     media: Vec<Medium>,
     bounded_media: Vec<bool>,
     lights: Vec<Light>,
+    light_media: Vec<MediumId>,
     infinite_lights: Vec<LightId>,
-    light_choice: LightChoice,
+    light_selection: LightSelection,
     camera_medium: MediumId,
     objects: Vec<Object>,
     instances: Vec<Instance>,
@@ -196,8 +204,9 @@ impl World {
             media: parts.media,
             bounded_media,
             lights: parts.lights,
+            light_media: parts.light_media,
             infinite_lights,
-            light_choice: LightChoice::default(),
+            light_selection: LightSelection::default(),
             camera_medium: parts.camera_medium,
             objects,
             instances: parts.instances,
@@ -206,7 +215,7 @@ impl World {
             n_elements,
             facts,
         };
-        world.light_choice = LightChoice::new(&world.light_weights(parts.choose_lights_by_power));
+        world.light_selection = world.light_selection(parts.light_strategy);
         world
     }
 

@@ -15,7 +15,7 @@ use glam::DVec3;
 use crate::math::animated::corners_of;
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Transform, Vec3};
-use crate::shape::{ShapeSample, SurfacePoint, area_to_solid_angle};
+use crate::shape::{AreaSample, Emission, ShapeSample, SurfacePoint, area_to_solid_angle};
 pub use cone::cone;
 pub use cylinder::cylinder;
 pub use disk::Disk;
@@ -279,18 +279,28 @@ impl Quadric {
                 barycentric: [0.0; 2],
             });
         }
+        self.sample_area(u).toward(from)
+    }
+
+    /// See [`crate::shape::Shape::sample_area`]: uniform in object space.
+    pub fn sample_area(&self, u: [f64; 2]) -> AreaSample {
         let (p_object, n_object) = self.form.sample_area(u);
         let (p, p_err) = self.render_point(p_object);
-        let ng = self.render_normal(n_object);
-        let pdf_a = 1.0 / (self.form.area() * self.area_stretch(n_object));
-        let pdf_w = area_to_solid_angle(from, p, ng, pdf_a);
-        (pdf_w > 0.0).then_some(ShapeSample {
+        AreaSample {
             p,
             p_err,
-            ng,
-            pdf_w,
+            ng: self.render_normal(n_object),
+            pdf_area: 1.0 / (self.form.area() * self.area_stretch(n_object)),
             barycentric: [0.0; 2],
-        })
+        }
+    }
+
+    /// See [`crate::shape::Shape::emission`].
+    pub fn emission(&self) -> Emission {
+        match self.form {
+            Form::Disk(_) => Emission::Flat(self.sample_area([0.5; 2]).ng),
+            Form::Sphere(_) | Form::Sweep(_) | Form::Paraboloid(_) => Emission::Round,
+        }
     }
 
     /// See [`crate::shape::Shape::pdf_toward`].
@@ -300,6 +310,11 @@ impl Quadric {
         {
             return cone.pdf_w() as f32;
         }
+        area_to_solid_angle(from, p, ng, self.pdf_area(p))
+    }
+
+    /// See [`crate::shape::Shape::pdf_area`].
+    pub fn pdf_area(&self, p: Point3) -> f64 {
         let stretch = match self.uniform_scale {
             Some(scale) => scale * scale,
             None => {
@@ -310,6 +325,6 @@ impl Quadric {
                 self.area_stretch(n)
             }
         };
-        area_to_solid_angle(from, p, ng, 1.0 / (self.form.area() * stretch))
+        1.0 / (self.form.area() * stretch)
     }
 }

@@ -1,0 +1,251 @@
+//! Which light a point asks: how the lights of a world are chosen among.
+//!
+//! Lights with a place are chosen by a [`LightTree`], those at infinity (distant, infinite) beside it by fixed
+//! probabilities: half by power, half evenly among *sources* (a light, or all elements of an emitting shape), so that
+//! a lamp is found beside a sky that outshines it by the size of the scene.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use crate::ids::LightId;
+use crate::light::{AreaLight, Emitter, Light, LightChoice, LightTree};
+use crate::math::{Bounds3, Point3, Vec3};
+use crate::shape::{Emission, Shape};
+use crate::spectrum::Rgb;
+use crate::world::{Receiver, World};
+
+/// How a light is chosen.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum LightStrategy {
+    /// All alike.
+    Uniform,
+    /// In proportion to power.
+    Power,
+    /// By what each may bring to the receiver.
+    #[default]
+    Spatial,
+}
+
+/// The choice among the lights of a world.
+#[derive(Clone, Debug, Default)]
+pub(super) struct LightSelection {
+    /// Over all lights, or over those at infinity where there is a tree.
+    table: LightChoice,
+    tree: Option<Tree>,
+}
+
+#[derive(Clone, Debug)]
+struct Tree {
+    tree: LightTree,
+    /// The light of each emitter.
+    near: Vec<LightId>,
+    /// The light of each entry of the table.
+    far: Vec<LightId>,
+    /// For each light its emitter or, with [`FAR`], its entry.
+    places: Vec<u32>,
+    /// Probability of the tree where it can contribute at all.
+    share: f32,
+}
+
+const FAR: u32 = 1 << 31;
+/// Share of the mean power that a light counts at least: colours with negative channels may have none.
+const MIN_POWER: f64 = 1e-6;
+
+impl LightSelection {
+    /// A light and its probability, for `u` in [0, 1). `None` when there are no lights.
+    #[inline]
+    pub(super) fn choose(&self, at: &Receiver, u: f64) -> Option<(LightId, f32)> {
+        let Some(tree) = &self.tree else {
+            let (index, pmf) = self.table.sample(u)?;
+            return Some((LightId::new(index), pmf));
+        };
+        let share = tree.share_at(at);
+        let split = f64::from(share);
+        if u < split {
+            let (emitter, pmf) = tree.tree.choose(at.p, at.ng, u / split);
+            Some((tree.near[emitter], share * pmf))
+        } else {
+            let (entry, pmf) = self.table.sample((u - split) / (1.0 - split))?;
+            Some((tree.far[entry], (1.0 - share) * pmf))
+        }
+    }
+
+    /// Probability with which [`LightSelection::choose`] finds a light.
+    #[inline]
+    pub(super) fn pmf(&self, at: &Receiver, light: LightId) -> f32 {
+        let Some(tree) = &self.tree else {
+            return self.table.pmf(light.index());
+        };
+        let place = tree.places[light.index()];
+        let share = tree.share_at(at);
+        if place & FAR == 0 {
+            share * tree.tree.pmf(at.p, at.ng, place as usize)
+        } else {
+            (1.0 - share) * self.table.pmf((place & !FAR) as usize)
+        }
+    }
+}
+
+impl Tree {
+    /// Probability of the tree.
+    #[inline]
+    fn share_at(&self, at: &Receiver) -> f32 {
+        if self.far.is_empty() || self.tree.reaches(at.p, at.ng) {
+            self.share
+        } else {
+            0.0
+        }
+    }
+}
+
+impl World {
+    /// The choice by a strategy.
+    pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
+        let powers: Vec<f64> = self
+            .lights
+            .iter()
+            .map(|light| self.power(light).max(0.0))
+            .collect();
+        let total: f64 = powers.iter().sum();
+        match strategy {
+            LightStrategy::Uniform => LightSelection::fixed(&vec![1.0; powers.len()]),
+            LightStrategy::Power => {
+                let least = MIN_POWER * total / powers.len() as f64;
+                let weights: Vec<f64> = powers.iter().map(|p| p.max(least)).collect();
+                LightSelection::fixed(&weights)
+            }
+            LightStrategy::Spatial => {
+                let weights = self.mixed_weights(&powers, total);
+                self.tree_selection(&weights)
+                    .unwrap_or_else(|| LightSelection::fixed(&weights))
+            }
+        }
+    }
+
+    /// Half by power, half evenly among sources.
+    fn mixed_weights(&self, powers: &[f64], total: f64) -> Vec<f64> {
+        let source = |i: usize| match &self.lights[i] {
+            Light::Area(area) => self.geometry(area.geometry).first_light.index(),
+            _ => i,
+        };
+        let mut source_power = vec![0.0; powers.len()];
+        for (i, power) in powers.iter().enumerate() {
+            source_power[source(i)] += power;
+        }
+        let n_sources = source_power.iter().filter(|power| **power > 0.0).count();
+        let share = |power: f64, of: f64| if of > 0.0 { power / of } else { 0.0 };
+        let least = MIN_POWER / powers.len().max(1) as f64;
+        (0..powers.len())
+            .map(|i| {
+                let by_power = share(powers[i], total);
+                let by_source = share(powers[i], source_power[source(i)]) / n_sources as f64;
+                (by_power + by_source).max(least)
+            })
+            .collect()
+    }
+
+    /// With a tree; `None` where it would hold a single light or none.
+    fn tree_selection(&self, weights: &[f64]) -> Option<LightSelection> {
+        let mut emitters = Vec::new();
+        let (mut near, mut far, mut far_weights) = (Vec::new(), Vec::new(), Vec::new());
+        let mut places = Vec::with_capacity(self.lights.len());
+        for (index, light) in self.lights.iter().enumerate() {
+            let id = LightId::new(index);
+            match self.emitter(light) {
+                Some(emitter) => {
+                    places.push(near.len() as u32);
+                    emitters.push(emitter);
+                    near.push(id);
+                }
+                None => {
+                    places.push(far.len() as u32 | FAR);
+                    far_weights.push(weights[index]);
+                    far.push(id);
+                }
+            }
+        }
+        if near.len() < 2 {
+            return None;
+        }
+        let all: f64 = weights.iter().sum();
+        let share = if far.is_empty() {
+            1.0
+        } else {
+            (1.0 - far_weights.iter().sum::<f64>() / all) as f32
+        };
+        Some(LightSelection {
+            table: LightChoice::new(&far_weights),
+            tree: Some(Tree {
+                tree: LightTree::new(&emitters)?,
+                near,
+                far,
+                places,
+                share,
+            }),
+        })
+    }
+
+    /// Where a light is and whereto it shines; `None` at infinity, and for elements without area.
+    fn emitter(&self, light: &Light) -> Option<Emitter> {
+        let at_point = |p: Point3, (axis, spread): (Vec3, f32), intensity: f64| Emitter {
+            bounds: Bounds3::EMPTY.with_point(p),
+            axis,
+            spread,
+            reach: 0.0,
+            two_sided: false,
+            intensity,
+        };
+        const ALL_ROUND: (Vec3, f32) = (Vec3::new(0.0, 0.0, 1.0), PI);
+        let emitter = match light {
+            Light::Point(point) => at_point(point.p, ALL_ROUND, brightness(point.intensity)),
+            Light::Spot(spot) => at_point(spot.position(), spot.cone(), spot.axis_intensity()),
+            Light::Projection(projection) => at_point(
+                projection.position(),
+                projection.cone(),
+                projection.mean_intensity(),
+            ),
+            Light::Goniometric(goniometric) => at_point(
+                goniometric.position(),
+                ALL_ROUND,
+                goniometric.power() / (4.0 * std::f64::consts::PI),
+            ),
+            Light::Area(area) => self.area_emitter(area),
+            Light::Distant(_) | Light::Infinite(_) => return None,
+        };
+        let (bounds, i) = (emitter.bounds, emitter.intensity);
+        let is_sound = !bounds.is_empty() && bounds.min.is_finite() && bounds.max.is_finite();
+        (is_sound && i >= 0.0 && i.is_finite()).then_some(emitter)
+    }
+
+    fn area_emitter(&self, area: &AreaLight) -> Emitter {
+        let shape: &Shape = &self.geometry(area.geometry).shape;
+        let flux = shape.area(area.element) * brightness(area.radiance);
+        let (axis, spread, intensity) = match shape.emission(area.element) {
+            Emission::Flat(ng) => (ng.into(), 0.0, flux),
+            // Seen from anywhere, a convex surface shows a quarter of its area.
+            Emission::Round => (Vec3::new(0.0, 0.0, 1.0), PI, 0.25 * flux),
+        };
+        Emitter {
+            bounds: shape.bounds(area.element),
+            axis,
+            spread,
+            reach: FRAC_PI_2,
+            two_sided: area.two_sided,
+            intensity,
+        }
+    }
+}
+
+/// Luminance, had all channels the sign that counts.
+fn brightness(rgb: Rgb) -> f64 {
+    f64::from(rgb.map(f32::abs).luminance())
+}
+
+impl LightSelection {
+    /// With fixed probabilities.
+    fn fixed(weights: &[f64]) -> Self {
+        Self {
+            table: LightChoice::new(weights),
+            tree: None,
+        }
+    }
+}
