@@ -46,7 +46,7 @@ fn plain() -> Disney {
         clearcoat: constant(0.0),
         clearcoat_gloss: constant(1.0),
         specular_transmission: constant(0.0),
-        interior: Interior::Solid(SpectrumSource::Constant(Rgb::BLACK)),
+        interior: Interior::Solid(SpectrumSource::Constant(Rgb::BLACK), 1.0),
     }
 }
 

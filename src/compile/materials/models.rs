@@ -290,14 +290,13 @@ impl ModelReader<'_, '_, '_> {
         });
         let least = least.fold(f32::INFINITY, f32::min);
         if !remap && least < MIN_ALPHA {
-            for name in names.iter().filter(|name| self.params.is_given(name)) {
+            if let Some(name) = names.iter().find(|name| self.params.is_given(name)) {
                 let span = self.params.span(name);
                 let message = format!("without remapping, {least} is less than {MIN_ALPHA}");
                 self.params.report(
                     Diagnostic::warning("clamped-roughness", span, message)
                         .with_label(format!("{MIN_ALPHA} is used instead")),
                 );
-                break;
             }
         }
         Roughness { u, v, remap }
