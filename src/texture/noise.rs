@@ -38,7 +38,8 @@ pub fn noise(p: DVec3) -> f32 {
     lerp(wz, layer(0), layer(1))
 }
 
-/// Product of an offset with one of the twelve directions to the edges of a cube.
+/// Product of an offset with one of the twelve directions to the edges of a cube. Four of sixteen hashes repeat others;
+/// for two of these, 13 and 14, pbrt-v3 picks other directions than Perlin.
 #[inline]
 fn along_gradient(hash: u8, x: f32, y: f32, z: f32) -> f32 {
     let h = hash & 15;

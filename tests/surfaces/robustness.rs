@@ -175,12 +175,7 @@ fn rays_that_leave_a_triangle_do_not_meet_it() {
         let shape = Shape::Mesh(Mesh {
             positions: positions.collect(),
             triangles: vec![[0, 1, 2]],
-            normals: vec![],
-            tangents: vec![],
-            uvs: vec![],
-            reverse_orientation: false,
-            flip_face: false,
-            unit: 1.0,
+            ..Mesh::default()
         });
         if shape.bounds(0).is_empty() {
             continue;

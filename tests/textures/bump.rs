@@ -1,14 +1,17 @@
 //! Bump mapping against closed forms.
 
 use glam::{DAffine3, DMat3, DVec3, Vec2};
+use tyndall::compile::CompileOptions;
+use tyndall::ids::GeometryId;
 use tyndall::material::bump::bumped;
 use tyndall::math::{Normal3, Point3, Vec3};
-use tyndall::shape::SurfacePoint;
+use tyndall::shape::{Shape, SurfacePoint};
 use tyndall::texture::{
     Bilerp, FloatSource, Mapping2, Source, Texture, TextureContext, Textures, UvMapping,
 };
 
 use crate::at::{constant, uv};
+use crate::scene::compile_scene;
 
 /// The plane z = 0 where (u, v) = (x / 2, y / 4), seen at (0.6, 1.2).
 fn plane() -> SurfacePoint {
@@ -90,8 +93,8 @@ fn heights_are_in_world_units() {
     // Render space half as large as the world: the same picture as the plane above.
     let mut surface = plane();
     surface.p = surface.p + (Point3::ZERO - surface.p) * 0.5;
-    surface.dpdu = surface.dpdu * 0.5;
-    surface.dpdv = surface.dpdv * 0.5;
+    surface.dpdu *= 0.5;
+    surface.dpdv *= 0.5;
     surface.tangent = surface.dpdu;
     let mut textures = Textures::new(0.5);
     let source = slope(&mut textures, 1.0, 2.0);
@@ -148,8 +151,7 @@ fn a_curved_surface_bends_by_its_own_height() {
 fn steps_are_half_the_footprint_so_that_fine_bumps_fade() {
     let surface = plane();
     let mut textures = Textures::default();
-    // A tent of height 1 over u in [0, 1]: v-shaped around 0.5 by mixing two slopes is not at hand, so compare the
-    // steps themselves: a parabola h = u² has the slope 2u + step.
+    // The difference quotient of a parabola h = u² tells the step: it is 2u + step.
     let ramp = slope(&mut textures, 1.0, 0.0);
     let parabola = textures.add(Texture::Scale(tyndall::texture::Scale {
         factors: [ramp, ramp],
@@ -176,6 +178,62 @@ fn meshes_with_frames_of_their_own_are_bumped_inward_by_their_unit() {
     let source = slope(&mut textures, 1.0, 2.0);
     let bumped = bumped(&surface, source, &at(&surface), &textures);
     assert_normal(bumped.ns, [1.0, 2.0, 1.0], "against u and v");
+}
+
+/// A square 6 wide and 3 high in the plane z = 0, (u, v) from 0 to 1.
+fn square(normals: &str) -> String {
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [0 0 0 6 0 0 6 3 0 0 3 0] \
+         \"float uv\" [0 0 1 0 1 1 0 1] {normals}"
+    )
+}
+
+#[test]
+fn frames_of_meshes_with_normals_are_one_unit_of_their_own_space_long() {
+    const NORMALS: &str = "\"normal N\" [0 0 1 0 0 1 0 0 1 0 0 1]";
+    // Width of the square in the space it was defined in, the side of v, and what an instance stretches.
+    for (before, shape, frame) in [
+        ("", square(""), None),
+        ("", square(NORMALS), Some((6.0, 1.0, 1.0))),
+        (
+            "ReverseOrientation",
+            square(NORMALS),
+            Some((6.0, -1.0, 1.0)),
+        ),
+        ("Scale 8 8 8", square(NORMALS), Some((48.0, 1.0, 1.0))),
+        (
+            "",
+            format!(
+                "ObjectBegin \"o\" {} ObjectEnd Scale 4 4 4 ObjectInstance \"o\"",
+                square(NORMALS)
+            ),
+            Some((6.0, 1.0, 4.0)),
+        ),
+    ] {
+        let scene = format!("WorldBegin LightSource \"infinite\" {before} {shape} WorldEnd");
+        let job = compile_scene(scene, &CompileOptions::default(), |_| None).job;
+        let geometry = job.world.geometry(GeometryId::new(0));
+        let Shape::Mesh(mesh) = &geometry.shape else {
+            panic!("a mesh");
+        };
+        let surface = mesh.surface(0, [0.2, 0.3]);
+        let [dpdu, dpdv] = surface.shading_derivatives();
+        let Some((width, side, stretched)) = frame else {
+            assert_eq!([dpdu, dpdv], [surface.dpdu, surface.dpdv]);
+            continue;
+        };
+        let what = format!("{before}, {stretched}");
+        let unit = surface.dpdu.to_f64().length() / width;
+        let expected = [-surface.dpdu.to_f64(), -surface.dpdv.to_f64() * side];
+        for (actual, expected) in [dpdu, dpdv].into_iter().zip(expected) {
+            let expected = expected.normalize() * unit;
+            let error = actual.to_f64().distance(expected);
+            assert!(error < 1e-5 * unit, "{what}: {actual:?} is not {expected}");
+        }
+        // World units, as seen from render space, times what the instance does.
+        let world = f64::from(job.world.textures().height(constant(1.0), &at(&surface)));
+        assert!((unit - world * stretched).abs() < 1e-6 * unit, "{what}");
+    }
 }
 
 #[test]

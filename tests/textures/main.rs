@@ -1,5 +1,8 @@
 //! Textures against closed forms, against independent evaluations and under absurd input.
 
+#[path = "../common/scene.rs"]
+mod scene;
+
 mod at;
 mod bump;
 mod checkerboard;
