@@ -13,7 +13,7 @@ use crate::cases::{
     LOSSLESS, any_direction, glass, metal, narrow_lobes, smooth_lobes, surface, views,
 };
 use crate::scene::compile_scene;
-use crate::solids::{environment, seen_by};
+use crate::seen::{environment, seen_by};
 
 /// Mean weight of `n` drawn directions.
 fn albedo_by_sampling(bsdf: &Bsdf, wo: Vec3, mode: TransportMode, n: usize) -> Mean {

@@ -6,7 +6,7 @@ use tyndall_test_support::z_test::Mean;
 
 use crate::cases::{glass, surface, views};
 use crate::probe::{Probe, assert_exact, assert_mean};
-use crate::solids::{environment, seen_by};
+use crate::seen::{environment, seen_by};
 
 const EYE: [f64; 3] = [0.1, 0.2, -5.0];
 const AHEAD: [f64; 3] = [0.02, -0.03, 1.0];

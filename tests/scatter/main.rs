@@ -7,8 +7,8 @@ mod findings;
 mod probe;
 #[path = "../common/scene.rs"]
 mod scene;
-#[path = "../common/solids.rs"]
-mod solids;
+#[path = "../common/seen.rs"]
+mod seen;
 
 mod cases;
 mod density;

@@ -4,6 +4,8 @@
 mod probe;
 #[path = "../common/scene.rs"]
 mod scene;
+#[path = "../common/seen.rs"]
+mod seen;
 #[path = "../common/solids.rs"]
 mod solids;
 
