@@ -398,7 +398,7 @@ fn all_sheets_render_from_a_scene_file() {
         "\"bool thin\" \"true\" \"float flatness\" 0.5 \"float difftrans\" 1.5",
     ] {
         let scene = lit(&format!(
-            "Material \"disney\" {sliders} {interior}\nShape \"disk\""
+            "Material \"disney\" {sliders} {interior}\nReverseOrientation Shape \"disk\""
         ));
         let mean = Probe::new(&scene).means(5000)[0].value;
         assert!((0.2..1.5).contains(&mean), "{interior}: {mean}");

@@ -1,6 +1,8 @@
 //! Scattering functions of many parameters: hair fibres, tables, the Disney material. Their samples follow their densities, their
 //! energies agree by independent estimators, and extremes stay sound.
 
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+
 #[path = "../common/findings.rs"]
 mod findings;
 #[path = "../common/probe.rs"]
