@@ -9,6 +9,8 @@
 //! - `textures/sign.png`: an arrow that tells up from down and left from right.
 //! - `curves/grass.pbrt`: a tuft of blades.
 //! - `leaves/leaf.png`: the outline of a leaf, 0 outside.
+//! - `lights/slide.png`: a picture that tells its sides apart.
+//! - `lights/lamp.exr`: the directions in which a lamp with a shade shines.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -29,6 +31,8 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::write(folder.join("textures/sign.png"), sign()?)?;
     std::fs::write(folder.join("curves/grass.pbrt"), grass()?)?;
     std::fs::write(folder.join("leaves/leaf.png"), leaf()?)?;
+    std::fs::write(folder.join("lights/slide.png"), slide()?)?;
+    std::fs::write(folder.join("lights/lamp.exr"), lamp()?)?;
     Ok(())
 }
 
@@ -333,4 +337,52 @@ fn leaf() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     }
     let file = ImageFile::new(Image::new(SIZE, SIZE, 1, data)?);
     Ok(encode(&file, "png", Precision::Half)?)
+}
+
+/// A landscape with a sun at the top left.
+fn slide() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    const WIDTH: usize = 192;
+    const HEIGHT: usize = 128;
+    let mut data = Vec::with_capacity(WIDTH * HEIGHT * 3);
+    for row in 0..HEIGHT {
+        for column in 0..WIDTH {
+            let x = (column as f64 + 0.5) / HEIGHT as f64;
+            let y = 1.0 - (row as f64 + 0.5) / HEIGHT as f64;
+            let far = 0.42 + 0.16 * (5.0 * x).sin() * (2.3 * x + 1.0).cos();
+            let near = 0.24 + 0.07 * (3.1 * x + 2.0).sin();
+            let rgb = if y < near {
+                DVec3::new(0.05, 0.16, 0.06)
+            } else if y < far {
+                DVec3::new(0.10, 0.22, 0.30)
+            } else if DVec3::new(x - 0.32, y - 0.78, 0.0).length() < 0.10 {
+                DVec3::new(1.0, 0.9, 0.5)
+            } else {
+                DVec3::new(0.75, 0.45, 0.25).lerp(DVec3::new(0.20, 0.30, 0.60), y)
+            };
+            data.extend(rgb.to_array().map(|c| c as f32));
+        }
+    }
+    let file = ImageFile::new(Image::new(WIDTH, HEIGHT, 3, data)?);
+    Ok(encode(&file, "png", Precision::Float)?)
+}
+
+/// Bright upward, less so downward, dark where the shade is; ribs all around.
+fn lamp() -> Result<Vec<u8>, Box<dyn std::error::Error>> {
+    const WIDTH: usize = 64;
+    const HEIGHT: usize = 32;
+    let mut data = Vec::with_capacity(WIDTH * HEIGHT * 3);
+    for y in 0..HEIGHT {
+        for x in 0..WIDTH {
+            let theta = (y as f64 + 0.5) / HEIGHT as f64 * std::f64::consts::PI;
+            let phi = (x as f64 + 0.5) / WIDTH as f64 * std::f64::consts::TAU;
+            let up = theta.cos().max(0.0).powi(3);
+            let down = 0.6 * (-theta.cos()).max(0.0).powi(6);
+            let ribs = 0.75 + 0.25 * (8.0 * phi).cos() * theta.sin();
+            let shade = DVec3::new(0.09, 0.05, 0.02);
+            let rgb = DVec3::splat(up + down) * ribs + shade;
+            data.extend(rgb.to_array().map(|c| c as f32));
+        }
+    }
+    let file = ImageFile::new(Image::new(WIDTH, HEIGHT, 3, data)?);
+    Ok(encode(&file, "exr", Precision::Half)?)
 }
