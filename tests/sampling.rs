@@ -129,7 +129,7 @@ fn tilted(degrees: f32, roughness: f32) -> Bsdf<'static> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let ns = Normal3::from([sin * 0.6, sin * 0.8, cos]);
     let frame = Frame::from_normal_tangent(ns, Vec3::new(0.3, 1.0, 0.2));
-    let mut bsdf = Bsdf::new(frame, Normal3::from([0.0, 0.0, 1.0]), 1.0);
+    let mut bsdf = Bsdf::new(frame, Normal3::from([0.0, 0.0, 1.0]));
     bsdf.add(Bxdf::Diffuse(Diffuse::new(Rgb::splat(0.7), roughness)));
     bsdf
 }
