@@ -80,7 +80,10 @@ impl World {
                 return Rgb::BLACK;
             }
             if medium.is_some() {
-                let end = hit.as_ref().map_or(t_max, |hit| hit.at.t);
+                let end = match &hit {
+                    Some(hit) => hit.at.t,
+                    None => t_max.min(self.horizon - travelled),
+                };
                 tr *= self.medium(medium).transmittance(&ray, end, rng);
                 if tr.is_black() {
                     return tr;

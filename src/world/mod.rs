@@ -146,6 +146,8 @@ pub struct World {
     bvh: Bvh,
     /// Elements of the world, those of each instance counted again.
     n_elements: usize,
+    /// Where media end, for light sampling, that no surface bounds: twice the radius of a sphere around all surfaces.
+    horizon: f32,
     facts: Facts,
 }
 
@@ -213,8 +215,10 @@ impl World {
             slots,
             bvh,
             n_elements,
+            horizon: f32::INFINITY,
             facts,
         };
+        world.horizon = (2.0 * world.bounding_sphere().1) as f32;
         world.light_selection = world.light_selection(parts.light_strategy);
         world
     }
