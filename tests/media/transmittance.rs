@@ -187,10 +187,11 @@ fn v02_light_sampling_meets_the_sky_behind_two_radii_of_boundless_fog_and_nothin
     let sigma = 1e-3;
     let fog = homogeneous("fog", [sigma; 3], NOTHING, 0.0) + "MediumInterface \"\" \"fog\"\n";
     let floor = "Translate 0 0 4 Shape \"disk\" \"float radius\" 2 Translate 0 0 -4\n";
-    let unseen = "Translate 0 0 -1000 Shape \"sphere\"\n";
+    let unseen = "Translate 0 1000 0 Shape \"sphere\"\n";
     let sun = "LightSource \"distant\" \"rgb L\" [1 1 1] \"point to\" [0 0 1]\n";
-    let corner = |depth: f64| 2f64.hypot(2.0).hypot(0.5 * depth);
-    for (extra, radius) in [("", corner(0.0)), (unseen, corner(1005.0))] {
+    let alone = 2f64.hypot(2.0);
+    let together = 2f64.hypot(501.5).hypot(2.5);
+    for (extra, radius) in [("", alone), (unseen, together)] {
         let world = fog.clone() + sun + "MediumInterface \"fog\" \"fog\"\n" + floor + extra;
         let lit = 0.5 / std::f64::consts::PI * (-sigma * (4.0 + 2.0 * radius)).exp();
         let scene = volpath(5, [0.0; 3], AHEAD, &world);
