@@ -66,3 +66,8 @@ fn the_spheres_look_as_they_did() {
 fn the_textures_look_as_they_did() {
     assert_agrees("textures", 1024.0);
 }
+
+#[test]
+fn the_materials_look_as_they_did() {
+    assert_agrees("materials", 2048.0);
+}

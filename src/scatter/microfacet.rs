@@ -46,7 +46,13 @@ impl TrowbridgeReitz {
     /// `alpha_x` and `alpha_y` are widths along the frame's x and y, clamped to at least [`MIN_ALPHA`]; what is no
     /// number counts as that.
     pub fn new(alpha_x: f32, alpha_y: f32) -> Self {
-        let sensible = |alpha: f32| alpha.max(MIN_ALPHA).min(MAX_ALPHA);
+        let sensible = |alpha: f32| {
+            if alpha >= MIN_ALPHA {
+                alpha.min(MAX_ALPHA)
+            } else {
+                MIN_ALPHA
+            }
+        };
         Self {
             alpha_x: sensible(alpha_x),
             alpha_y: sensible(alpha_y),
