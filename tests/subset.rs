@@ -105,3 +105,8 @@ fn the_curves_look_as_they_did() {
 fn the_leaves_look_as_they_did() {
     assert_agrees("leaves", 1024.0);
 }
+
+#[test]
+fn the_materials_look_as_they_did() {
+    assert_agrees("materials", 2048.0);
+}

@@ -146,6 +146,22 @@ impl Bxdf<'_> {
         }
     }
 
+    /// Roughly what part of the light it scatters, at most: by this, lobes are chosen among. Positive unless the lobe
+    /// scatters nothing.
+    #[inline]
+    fn importance(&self, wo: Vec3) -> Rgb {
+        match self {
+            Self::Diffuse(lobe) => lobe.kd(),
+            Self::DiffuseTransmission(lobe) => lobe.kt,
+            Self::Mirror(lobe) => lobe.kr,
+            Self::PassThrough(lobe) => lobe.kt,
+            Self::SmoothDielectric(lobe) => lobe.albedo(wo),
+            Self::RoughReflection(lobe) => lobe.importance(wo),
+            Self::RoughDielectric(lobe) => lobe.importance(wo),
+            Self::FresnelBlend(lobe) => lobe.rd + lobe.rs,
+        }
+    }
+
     /// Draws a direction; `u_part` chooses among the parts of a lobe that has several. `None` where nothing scatters.
     #[inline]
     pub fn sample(
@@ -192,6 +208,26 @@ struct Lobe<'a> {
 
 /// Most lobes a surface point may have. A single material has at most 8; mixtures add theirs up.
 pub const MAX_LOBES: usize = 16;
+
+/// The probability of each lobe.
+type Chances = ArrayVec<f32, MAX_LOBES>;
+
+/// Share of the choice among lobes that all of them have alike, whatever they are thought to scatter.
+const CHOSEN_ALIKE: f32 = 0.2;
+
+/// The lobe that `u` falls to, and where in its share.
+#[inline]
+fn choose(chances: &Chances, u: f32) -> (usize, f32) {
+    let mut rest = u;
+    for (index, &chance) in chances.iter().enumerate() {
+        if rest < chance {
+            return (index, (rest / chance).min(ONE_MINUS_EPSILON));
+        }
+        rest -= chance;
+    }
+    // By rounding beyond the last share.
+    (chances.len() - 1, ONE_MINUS_EPSILON)
+}
 
 /// All lobes at a surface point.
 #[derive(Clone, Debug)]
@@ -306,11 +342,41 @@ impl<'a> Bsdf<'a> {
     }
 
     fn pdf_local(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z() == 0.0 || self.lobes.is_empty() {
+        if wo.z() == 0.0 {
             return 0.0;
         }
-        let sum: f32 = self.lobes.iter().map(|lobe| lobe.bxdf.pdf(wo, wi)).sum();
-        sum / self.lobes.len() as f32
+        self.pdf_by(&self.chances(wo), wo, wi)
+    }
+
+    /// The density, where lobes are chosen with these probabilities.
+    fn pdf_by(&self, chances: &Chances, wo: Vec3, wi: Vec3) -> f32 {
+        let lobes = self.lobes.iter().zip(chances);
+        lobes
+            .map(|(lobe, chance)| chance * lobe.bxdf.pdf(wo, wi))
+            .sum()
+    }
+
+    /// The probability with which each lobe is chosen: a share that all have alike, the rest by what they scatter.
+    fn chances(&self, wo: Vec3) -> Chances {
+        if self.lobes.len() == 1 {
+            return Chances::from_iter([1.0]);
+        }
+        let mut chances: Chances = self
+            .lobes
+            .iter()
+            .map(|lobe| (lobe.scale * lobe.bxdf.importance(wo)).max_component())
+            .collect();
+        let n_lobes = chances.len() as f32;
+        let sum: f32 = chances.iter().sum();
+        let (alike, factor) = if sum > 0.0 && sum.is_finite() {
+            (CHOSEN_ALIKE / n_lobes, (1.0 - CHOSEN_ALIKE) / sum)
+        } else {
+            (1.0 / n_lobes, 0.0)
+        };
+        for chance in &mut chances {
+            *chance = alike + factor * chance.min(f32::MAX);
+        }
+        chances
     }
 
     /// |cos θ| of a direction to the shading normal.
@@ -319,8 +385,7 @@ impl<'a> Bsdf<'a> {
         w.abs_dot(self.frame.n)
     }
 
-    /// Draws a direction: a lobe uniformly by `u_lobe`, then a direction of that lobe by what is left of `u_lobe` and
-    /// by `u`. `None` where nothing scatters.
+    /// Draws a direction: a lobe by `u_lobe`, then a direction of that lobe by what is left of `u_lobe` and by `u`. `None` where nothing scatters.
     pub fn sample(
         &self,
         wo: Vec3,
@@ -332,15 +397,13 @@ impl<'a> Bsdf<'a> {
         if wo_local.z() == 0.0 || self.lobes.is_empty() {
             return None;
         }
-        let n_lobes = self.lobes.len();
-        let place = u_lobe * n_lobes as f32;
-        let index = (place as usize).min(n_lobes - 1);
-        let u_part = (place - index as f32).min(ONE_MINUS_EPSILON);
+        let chances = self.chances(wo_local);
+        let (index, u_part) = choose(&chances, u_lobe);
         let chosen = &self.lobes[index];
         match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
             LobeSample::Specular(sample) => Some(BsdfSample {
                 wi: self.frame.to_world(sample.wi),
-                weight: sample.weight * chosen.scale * n_lobes as f32,
+                weight: sample.weight * chosen.scale * (1.0 / chances[index]),
                 pdf_w: 0.0,
                 specular: true,
                 transmitted: sample.transmitted,
@@ -351,7 +414,7 @@ impl<'a> Bsdf<'a> {
                 },
             }),
             LobeSample::Smooth(wi_local) => {
-                let pdf_w = self.pdf_local(wo_local, wi_local);
+                let pdf_w = self.pdf_by(&chances, wo_local, wi_local);
                 if pdf_w <= 0.0 {
                     return None;
                 }

@@ -30,6 +30,12 @@ impl Diffuse {
         }
     }
 
+    /// Hemispherical reflectance for zero roughness.
+    #[inline]
+    pub fn kd(&self) -> Rgb {
+        self.kd
+    }
+
     /// Value in sr⁻¹, cosine excluded, the same on both sides of the horizon: which side counts is decided by the
     /// geometric normal in [`crate::scatter::Bsdf`].
     #[inline]

@@ -47,7 +47,7 @@ impl TrowbridgeReitz {
     /// number counts as that.
     pub fn new(alpha_x: f32, alpha_y: f32) -> Self {
         let sensible = |alpha: f32| {
-            if alpha > MIN_ALPHA {
+            if alpha >= MIN_ALPHA {
                 alpha.min(MAX_ALPHA)
             } else {
                 MIN_ALPHA

@@ -80,6 +80,12 @@ impl RoughDielectric {
         self.kt * ((1.0 - facet.reflectance) * value * compression)
     }
 
+    /// Roughly what part of the light it scatters.
+    pub fn importance(&self, wo: Vec3) -> Rgb {
+        let reflectance = fresnel::dielectric(wo.z(), 1.0, self.eta);
+        self.kr * reflectance + self.kt * (1.0 - reflectance)
+    }
+
     /// Draws a facet visible from `wo`, then, by `u_side`, whether it reflects or refracts. `None` where that goes
     /// nowhere.
     pub fn sample(&self, wo: Vec3, u_side: f32, u: [f32; 2]) -> Option<Vec3> {

@@ -33,6 +33,12 @@ impl RoughReflection {
         self.r * reflectance * value
     }
 
+    /// Roughly what part of the light it reflects: its facets look both ways from the surface itself.
+    #[inline]
+    pub fn importance(&self, wo: Vec3) -> Rgb {
+        self.r * self.fresnel.evaluate(wo.z())
+    }
+
     /// Draws the mirrored direction of a facet visible from `wo`; `None` where that goes into the surface.
     #[inline]
     pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<Vec3> {

@@ -64,6 +64,12 @@ pub struct SmoothDielectric {
 }
 
 impl SmoothDielectric {
+    /// What it reflects and refracts together.
+    pub fn albedo(&self, wo: Vec3) -> Rgb {
+        let reflectance = fresnel::dielectric(wo.z(), 1.0, self.eta);
+        self.kr * reflectance + self.kt * (1.0 - reflectance)
+    }
+
     /// Reflects or refracts. The choice follows the energy each way carries; `u` decides.
     pub fn sample(&self, wo: Vec3, u: f32, mode: TransportMode) -> Option<SpecularSample> {
         let reflectance = fresnel::dielectric(wo.z(), 1.0, self.eta);

@@ -157,19 +157,17 @@ impl<'p, 't, 'a> ModelReader<'p, 't, 'a> {
     /// The boundary of a dielectric.
     pub(super) fn dielectric(&mut self, eta: FloatSource) -> Glass {
         let (u, v) = (self.float("uroughness"), self.float("vroughness"));
-        let both_smooth = u == FloatSource::Constant(0.0) && v == u;
+        let remap = self.params.bool("remaproughness");
+        let is_smooth = u == FloatSource::Constant(0.0) && v == u;
         Glass {
             kr: self.spectrum("Kr"),
             kt: self.spectrum("Kt"),
             eta,
-            roughness: self.roughness(
-                [u, v],
-                if both_smooth {
-                    &[]
-                } else {
-                    &["uroughness", "vroughness"]
-                },
-            ),
+            roughness: if is_smooth {
+                Roughness { u, v, remap }
+            } else {
+                self.roughness([u, v], &["uroughness", "vroughness"])
+            },
         }
     }
 
@@ -290,14 +288,13 @@ impl ModelReader<'_, '_, '_> {
         });
         let least = least.fold(f32::INFINITY, f32::min);
         if !remap && least < MIN_ALPHA {
-            if let Some(name) = names.iter().find(|name| self.params.is_given(name)) {
-                let span = self.params.span(name);
-                let message = format!("without remapping, {least} is less than {MIN_ALPHA}");
-                self.params.report(
-                    Diagnostic::warning("clamped-roughness", span, message)
-                        .with_label(format!("{MIN_ALPHA} is used instead")),
-                );
-            }
+            let to_blame = names.iter().find(|name| self.params.is_given(name));
+            let span = to_blame.map_or(self.params.kind_span(), |name| self.params.span(name));
+            let message = format!("without remapping, {least} is less than {MIN_ALPHA}");
+            self.params.report(
+                Diagnostic::warning("clamped-roughness", span, message)
+                    .with_label(format!("{MIN_ALPHA} is used instead")),
+            );
         }
         Roughness { u, v, remap }
     }
