@@ -55,7 +55,7 @@ pub(crate) fn views() -> Vec<Vec3> {
     ]
 }
 
-pub(crate) fn metal(alpha: [f32; 2], fresnel: Fresnel) -> Bxdf {
+pub(crate) fn metal(alpha: [f32; 2], fresnel: Fresnel) -> Bxdf<'static> {
     Bxdf::RoughReflection(RoughReflection {
         r: Rgb::ONE,
         distribution: widths(alpha),
@@ -63,7 +63,7 @@ pub(crate) fn metal(alpha: [f32; 2], fresnel: Fresnel) -> Bxdf {
     })
 }
 
-pub(crate) fn glass(alpha: [f32; 2], eta: f32) -> Bxdf {
+pub(crate) fn glass(alpha: [f32; 2], eta: f32) -> Bxdf<'static> {
     RoughDielectric::lobe(Rgb::ONE, Rgb::ONE, widths(alpha), eta)
 }
 
@@ -82,7 +82,7 @@ fn reversed() -> Fresnel {
 }
 
 /// Lobes with densities, none so narrow that directions in single precision blur it.
-pub(crate) fn smooth_lobes() -> Vec<(String, Bxdf)> {
+pub(crate) fn smooth_lobes() -> Vec<(String, Bxdf<'static>)> {
     let mut lobes = vec![
         (
             "Lambert".into(),
@@ -130,7 +130,7 @@ pub(crate) fn smooth_lobes() -> Vec<(String, Bxdf)> {
 }
 
 /// Lobes too narrow for a grid over directions, and those at the limits of their parameters.
-pub(crate) fn narrow_lobes() -> Vec<(String, Bxdf)> {
+pub(crate) fn narrow_lobes() -> Vec<(String, Bxdf<'static>)> {
     let mut lobes = Vec::new();
     for alpha in WIDTHS
         .into_iter()
@@ -160,7 +160,7 @@ pub(crate) fn narrow_lobes() -> Vec<(String, Bxdf)> {
 }
 
 /// A surface of these lobes whose shading frame is the geometric one.
-pub(crate) fn surface(lobes: impl IntoIterator<Item = Bxdf>) -> Bsdf {
+pub(crate) fn surface(lobes: impl IntoIterator<Item = Bxdf<'static>>) -> Bsdf<'static> {
     let up = [0.0, 0.0, 1.0];
     let frame = Frame::from_normal_tangent(Normal3::from(up), Vec3::new(1.0, 0.0, 0.0));
     let mut bsdf = Bsdf::new(frame, Normal3::from(up));
