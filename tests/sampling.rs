@@ -125,7 +125,7 @@ fn henyey_greenstein_draws_what_its_density_says() {
 }
 
 /// A diffuse surface, whose shading normal leans away from the geometric one by an angle in degrees.
-fn tilted(degrees: f32, roughness: f32) -> Bsdf {
+fn tilted(degrees: f32, roughness: f32) -> Bsdf<'static> {
     let (sin, cos) = degrees.to_radians().sin_cos();
     let ns = Normal3::from([sin * 0.6, sin * 0.8, cos]);
     let frame = Frame::from_normal_tangent(ns, Vec3::new(0.3, 1.0, 0.2));
