@@ -159,6 +159,10 @@ impl Bxdf<'_> {
             Self::RoughReflection(lobe) => lobe.importance(wo),
             Self::RoughDielectric(lobe) => lobe.importance(wo),
             Self::FresnelBlend(lobe) => lobe.rd + lobe.rs,
+            Self::SubsurfaceExit(_) | Self::Hair(_) | Self::Fourier(_) => Rgb::ONE,
+            // Sheen and retro-reflection are bright at grazing angles only.
+            Self::DisneyBase(lobe) => lobe.diffuse + lobe.flat + (lobe.retro + lobe.sheen) * 0.25,
+            Self::Clearcoat(lobe) => Rgb::splat(lobe.importance(wo)),
         }
     }
 

@@ -100,6 +100,11 @@ impl Clearcoat {
         Rgb::splat(0.25 * self.weight * self.d(h) * fresnel * masking)
     }
 
+    /// Roughly what part of the light it reflects: that of a smooth coat.
+    pub fn importance(&self, wo: Vec3) -> f32 {
+        self.weight * (0.04 + 0.96 * schlick_weight(wo.z().abs()))
+    }
+
     /// Draws the direction that a facet mirrors `wo` to. `None` where that goes into the surface.
     pub fn sample(&self, wo: Vec3, u: [f32; 2]) -> Option<Vec3> {
         let a2 = self.alpha * self.alpha;
