@@ -75,3 +75,11 @@ fn every_camera_sees_the_steps_as_it_did() {
         assert_scene_agrees("cameras", name, &reference, 1024.0);
     }
 }
+
+#[test]
+fn every_lamp_lights_the_stage_as_it_did() {
+    for name in ["spot", "projection", "goniometric"] {
+        let reference = format!("{name}-reference.exr");
+        assert_scene_agrees("lights", name, &reference, 1024.0);
+    }
+}

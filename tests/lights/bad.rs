@@ -38,10 +38,7 @@ fn n15_a_bad_light_leaves_the_others_alone() {
     ] {
         for lights in [format!("{good}{bad}"), format!("{bad}\n{good}")] {
             let (world, codes) = world_and_codes(&lights);
-            assert!(
-                world.n_lights() == 1 || codes.is_empty(),
-                "{bad}: {codes:?}"
-            );
+            assert!(!codes.is_empty(), "{bad}");
             let actual = intensity_toward(&world, [0.0, 0.0, 0.5], [0.3, 0.2, 1.0]);
             assert!(actual.is_finite(), "{bad}");
             if world.n_lights() == 1 {
