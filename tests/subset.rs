@@ -110,3 +110,11 @@ fn the_leaves_look_as_they_did() {
 fn the_materials_look_as_they_did() {
     assert_agrees("materials", 2048.0);
 }
+
+#[test]
+fn every_lamp_lights_the_stage_as_it_did() {
+    for name in ["spot", "projection", "goniometric"] {
+        let reference = format!("{name}-reference.exr");
+        assert_scene_agrees("lights", name, &reference, 1024.0);
+    }
+}

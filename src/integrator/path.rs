@@ -403,18 +403,18 @@ impl State<'_> {
             ng: surface.ng,
             time: self.ray.time,
         };
-        if bsdf.has_non_specular() {
-            if let Some(sample) = self.world.sample_light(&at, u_light, u) {
-                let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
-                if !f.is_black() {
-                    let weight = if sample.is_delta {
-                        1.0
-                    } else {
-                        power_heuristic(sample.pdf, bsdf.pdf(wo, sample.wi))
-                    };
-                    let medium = medium_toward(sample.wi, self.medium);
-                    self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
-                }
+        if bsdf.has_non_specular()
+            && let Some(sample) = self.world.sample_light(&at, u_light, u)
+        {
+            let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
+            if !f.is_black() {
+                let weight = if sample.is_delta {
+                    1.0
+                } else {
+                    power_heuristic(sample.pdf, bsdf.pdf(wo, sample.wi))
+                };
+                let medium = medium_toward(sample.wi, self.medium);
+                self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
             }
         }
         let (u_lobe, u) = (self.sampler.get_1d(), self.sampler.get_2d());

@@ -9,7 +9,7 @@ use crate::spectrum::Rgb;
 
 /// Directions between the space of a light and render space. Directions have no length: the size of the transform
 /// does not matter.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct Placement {
     light_from_render: Mat3A,
     render_from_light: Mat3A,

@@ -70,6 +70,8 @@ const ROUNDING: f32 = 1e-4;
 const IMPORTANCES: [f32; 2] = [1e-18, 1e18];
 /// Least share of all intensity that counts: less is counted as this.
 const MIN_SHARE: f64 = 1e-12;
+/// Least probability of a child that can contribute: bounds are no promise, and 1 minus a probability keeps its digits.
+const MIN_CHANCE: f32 = 1e-6;
 /// Bins of the search for a split.
 const N_BINS: usize = 12;
 
@@ -158,7 +160,13 @@ impl LightTree {
     #[inline]
     fn first_share(&self, first: usize, p: Point3, ng: Normal3) -> f32 {
         let [a, b] = [first, first + 1].map(|node| self.nodes[node].importance(p, ng));
-        if a + b > 0.0 { a / (a + b) } else { 0.5 }
+        if a > 0.0 && b > 0.0 {
+            (a / (a + b)).clamp(MIN_CHANCE, 1.0 - MIN_CHANCE)
+        } else if a + b > 0.0 {
+            f32::from(u8::from(a > 0.0))
+        } else {
+            0.5
+        }
     }
 
     /// Chooses an emitter by `u` in [0, 1): its index and probability, positive.

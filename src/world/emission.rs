@@ -21,7 +21,7 @@ use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Vec3};
 use crate::sampling::warp::{
     UNIFORM_SPHERE_PDF, concentric_disk, cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere,
 };
-use crate::shape::{RayShear, Shape};
+use crate::shape::Shape;
 use crate::spectrum::Rgb;
 use crate::world::{ElementRef, World};
 
@@ -201,8 +201,7 @@ impl World {
         u_dir: [f32; 2],
         time: f32,
     ) -> Option<EmissionSample> {
-        let shape = &self.geometry(area.geometry).shape;
-        let bounds = shape.bounds(area.element);
+        let bounds = self.geometry(area.geometry).shape.bounds(area.element);
         if bounds.is_empty() {
             return None;
         }
@@ -213,13 +212,15 @@ impl World {
             d: -d,
             time,
         };
-        let shear = RayShear::new(&back);
-        let hit = shape.intersect(area.element, &back, &shear, f32::INFINITY)?;
-        let surface = shape.surface(area.element, &back, &hit);
-        let target = ElementRef {
-            geometry: area.geometry,
-            element: area.element,
-        };
+        // Pieces of a curve overlap at bends, and rays leave them at a distance: of the pieces on a line only the
+        // last one emits along it.
+        let hit = self.closest_where(&back, f32::INFINITY, |target, _| {
+            target.geometry == area.geometry
+        })?;
+        if hit.target.element != area.element {
+            return None;
+        }
+        let (target, surface) = (hit.target, self.surface(&back, &hit));
         let cos = surface.ng.abs_dot(d);
         Some(EmissionSample {
             p: surface.p,

@@ -32,16 +32,13 @@ fn n15_a_bad_light_leaves_the_others_alone() {
         "LightSource \"point\" \"rgb I\" [1e30 1 1] \"rgb scale\" [1e30 1 1]",
         "LightSource \"spot\" \"point from\" [1 2 3] \"point to\" [1 2 3]",
         "LightSource \"spot\" \"rgb I\" [nan 0 0]",
-        "LightSource \"projection\" \"float fov\" 180 \"rgb I\" [0 0 0]",
+        "LightSource \"projection\" \"float fov\" 180",
         "LightSource \"distant\" \"point from\" [0 0 0] \"point to\" [0 0 0]",
         "LightSource \"infinite\" \"rgb L\" [inf 1 1]",
     ] {
         for lights in [format!("{good}{bad}"), format!("{bad}\n{good}")] {
             let (world, codes) = world_and_codes(&lights);
-            assert!(
-                world.n_lights() == 1 || codes.is_empty(),
-                "{bad}: {codes:?}"
-            );
+            assert!(!codes.is_empty(), "{bad}");
             let actual = intensity_toward(&world, [0.0, 0.0, 0.5], [0.3, 0.2, 1.0]);
             assert!(actual.is_finite(), "{bad}");
             if world.n_lights() == 1 {
@@ -66,7 +63,8 @@ fn a_missing_map_is_an_error_and_a_plain_light() {
 #[test]
 fn n12_a_bright_texel_of_a_lamp_is_found() {
     let map = picture(16, 8, |x, y| if [x, y] == [5, 2] { 1e6 } else { 1e-3 });
-    for light in ["goniometric", "projection"] {
+    // Texels are chosen by what a projection shows in them on average: some of its rays start in their dark parts.
+    for (light, least) in [("goniometric", 950), ("projection", 700)] {
         let text = format!("LightSource \"{light}\" \"string mapname\" \"lamp.pfm\"");
         let world = world_of("spatial", &text, Some(&map));
         let mut n_bright = 0;
@@ -78,6 +76,6 @@ fn n12_a_bright_texel_of_a_lamp_is_found() {
             assert!(ray.radiance.is_finite() && ray.pdf_dir.is_finite());
             n_bright += usize::from(ray.radiance.g() > 1.0);
         }
-        assert!(n_bright > 950, "{light}: {n_bright}");
+        assert!(n_bright > least, "{light}: {n_bright}");
     }
 }

@@ -136,7 +136,7 @@ fn power_is_the_integral_of_intensity() {
         ),
         (
             "Rotate 40 1 0 1 LightSource \"goniometric\" \"string mapname\" \"a.pfm\"",
-            2e-3,
+            5e-3,
         ),
     ] {
         let world = world_of("spatial", light, Some(&map));
