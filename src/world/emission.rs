@@ -17,6 +17,7 @@ use std::f64::consts::PI;
 
 use crate::ids::{LightId, MediumId};
 use crate::light::{AreaLight, Light};
+use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Vec3};
 use crate::sampling::warp::{
     UNIFORM_SPHERE_PDF, concentric_disk, cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere,
@@ -222,9 +223,12 @@ impl World {
         }
         let (target, surface) = (hit.target, self.surface(&back, &hit));
         let cos = surface.ng.abs_dot(d);
+        // Rays leave a curve at the distance of its width. Along the ray, not along the normal, which need not be near
+        // it: the line is what was drawn.
+        let p = surface.p + d * surface.p_err.length();
         Some(EmissionSample {
-            p: surface.p,
-            p_err: surface.p_err,
+            p,
+            p_err: Vec3(p.0.abs() * (4.0 * EPSILON)),
             ng: surface.ng,
             d,
             radiance: area.le(surface.ng, d),
