@@ -66,6 +66,12 @@ impl MaterialBuilder {
         else {
             return shared;
         };
+        // A mixture of too many lobes is too large as a copy as well.
+        if let Model::Mix(mix) = &material.model
+            && self.lobes_of(mix) > MAX_LOBES
+        {
+            return shared;
+        }
         // Most private copies differ in nothing from the shared material, or from the copy of the shape before.
         let known = [Some(shared), self.private[index]];
         let same = |id: &MaterialId| self.built.list[id.index()] == material;
@@ -226,6 +232,11 @@ impl MaterialBuilder {
         self.push(matte)
     }
 
+    /// Most lobes of a mixture.
+    fn lobes_of(&self, mix: &Mix) -> usize {
+        self.built.max_lobes(mix.first) + self.built.max_lobes(mix.second)
+    }
+
     /// The material itself, or the first part of a mixture of too many lobes.
     fn within_limits(
         &self,
@@ -233,15 +244,18 @@ impl MaterialBuilder {
         index: usize,
         diagnostics: &mut Diagnostics,
     ) -> MaterialId {
-        if !id.is_some() || self.built.max_lobes(id) <= MAX_LOBES {
+        if !id.is_some() {
             return id;
         }
         let Model::Mix(mix) = &self.built.list[id.index()].model else {
             return id;
         };
+        let n_lobes = self.lobes_of(mix);
+        if n_lobes <= MAX_LOBES {
+            return id;
+        }
         let message = format!(
-            "this mixture has {} lobes, more than the {MAX_LOBES} that a surface may have",
-            self.built.max_lobes(id)
+            "this mixture has {n_lobes} lobes, more than the {MAX_LOBES} that a surface may have"
         );
         let span = self.entities[index].entity.kind.span;
         diagnostics.push(

@@ -226,17 +226,19 @@ fn unknown_and_null_parts_of_mixtures_are_located_errors_and_matte() {
     assert_eq!(codes(&scene), ["null-in-mix"], "{scene}");
 }
 
+/// The mixture "m`k`" of two others.
+fn named_mix(k: usize, first: usize, second: usize) -> String {
+    let mix = mix(&format!("m{first}"), &format!("m{second}"), "");
+    let named = format!("MakeNamedMaterial \"m{k}\" \"string type\" \"mix\"");
+    mix.replacen("\"mix\"", &named, 1) + "\n"
+}
+
 #[test]
 fn mixtures_of_too_many_lobes_are_located_errors_and_bounded() {
     // Each doubles the one before: 4 lobes, 8, 16, 32, … up to a depth where recursion would hurt.
     let mut text = "MakeNamedMaterial \"m0\" \"string type\" \"uber\"\n".to_owned();
     for k in 1..=3 {
-        text += &mix(&format!("m{}", k - 1), &format!("m{}", k - 1), "").replacen(
-            "\"mix\"",
-            &format!("MakeNamedMaterial \"m{k}\" \"string type\" \"mix\""),
-            1,
-        );
-        text += "\n";
+        text += &named_mix(k, k - 1, k - 1);
     }
     assert!(codes(&world(&format!("{text} NamedMaterial \"m2\""))).is_empty());
     assert_eq!(
@@ -246,15 +248,37 @@ fn mixtures_of_too_many_lobes_are_located_errors_and_bounded() {
 }
 
 #[test]
+fn mixtures_of_too_many_lobes_stay_bounded_where_shapes_override_them() {
+    let mut text = "MakeNamedMaterial \"m0\" \"string type\" \"uber\" \"rgb opacity\" [.5 .5 .5] \
+                    \"rgb Kr\" [.1 .1 .1] \"rgb Kt\" [.1 .1 .1]\n"
+        .to_owned();
+    for k in 1..=2 {
+        text += &named_mix(k, k - 1, k - 1);
+    }
+    // 16 lobes are within the limit, with an amount of the shape's own as well.
+    let overridden =
+        format!("{text} NamedMaterial \"m2\" Shape \"sphere\" \"rgb amount\" [.3 .3 .3]");
+    let scene = seen_by(
+        "path",
+        5,
+        EYE,
+        AHEAD,
+        &(environment([1.0; 3]) + &overridden),
+    );
+    let mean = Probe::new(&scene).means(500)[0].value;
+    assert!((0.3..1.1).contains(&mean), "{mean}");
+    // 32 are not, and the shape's copy is no larger than the shared one.
+    text += &named_mix(3, 2, 2);
+    let too_many =
+        format!("{text} NamedMaterial \"m3\" Shape \"sphere\" \"rgb amount\" [.3 .3 .3]");
+    assert_eq!(codes(&world(&too_many)), ["too-many-lobes"]);
+}
+
+#[test]
 fn a_chain_of_ten_thousand_mixtures_loads() {
     let mut text = "MakeNamedMaterial \"m0\" \"string type\" \"matte\"\n".to_owned();
     for k in 1..10_000 {
-        text += &mix(&format!("m{}", k - 1), "m0", "").replacen(
-            "\"mix\"",
-            &format!("MakeNamedMaterial \"m{k}\" \"string type\" \"mix\""),
-            1,
-        );
-        text += "\n";
+        text += &named_mix(k, k - 1, 0);
     }
     let found = codes(&world(&format!("{text} NamedMaterial \"m9999\"")));
     assert!(found.iter().all(|code| code == "too-many-lobes") && !found.is_empty());
