@@ -93,6 +93,18 @@ impl Bxdf<'_> {
         )
     }
 
+    /// Whether it scatters so evenly that a stored photon tells as much as a ray drawn from it.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        matches!(
+            self,
+            Self::Diffuse(_)
+                | Self::DiffuseTransmission(_)
+                | Self::SubsurfaceExit(_)
+                | Self::DisneyBase(_)
+        )
+    }
+
     /// The sides it scatters to.
     #[inline]
     pub fn sides(&self) -> Sides {
@@ -276,6 +288,37 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().any(|lobe| !lobe.bxdf.is_specular())
     }
 
+    /// Whether any lobe is diffuse.
+    #[inline]
+    pub fn has_diffuse(&self) -> bool {
+        self.lobes.iter().any(|lobe| lobe.bxdf.is_diffuse())
+    }
+
+    /// Probability with which [`Bsdf::sample`] draws from a specular lobe; 0 without lobes.
+    #[inline]
+    pub fn specular_share(&self) -> f32 {
+        let specular = self.lobes.iter().filter(|lobe| lobe.bxdf.is_specular());
+        specular.count() as f32 / self.lobes.len().max(1) as f32
+    }
+
+    /// Whether [`Bsdf::sample`] draws from a specular lobe for this `u_lobe`.
+    #[inline]
+    pub fn draws_specular(&self, u_lobe: f32) -> bool {
+        let index = self.chosen_lobe(u_lobe).0;
+        self.lobes
+            .get(index)
+            .is_some_and(|lobe| lobe.bxdf.is_specular())
+    }
+
+    /// The lobe that `u_lobe` chooses, and what is left of it.
+    #[inline]
+    fn chosen_lobe(&self, u_lobe: f32) -> (usize, f32) {
+        let n_lobes = self.lobes.len();
+        let place = u_lobe * n_lobes as f32;
+        let index = (place as usize).min(n_lobes.saturating_sub(1));
+        (index, (place - index as f32).min(ONE_MINUS_EPSILON))
+    }
+
     /// Value for two directions of render space in sr⁻¹, cosine excluded. Whether they are reflected or transmitted is
     /// decided by the geometric normal, so that interpolated normals leak no light.
     pub fn f(&self, wo: Vec3, wi: Vec3, mode: TransportMode) -> Rgb {
@@ -333,9 +376,7 @@ impl<'a> Bsdf<'a> {
             return None;
         }
         let n_lobes = self.lobes.len();
-        let place = u_lobe * n_lobes as f32;
-        let index = (place as usize).min(n_lobes - 1);
-        let u_part = (place - index as f32).min(ONE_MINUS_EPSILON);
+        let (index, u_part) = self.chosen_lobe(u_lobe);
         let chosen = &self.lobes[index];
         match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
             LobeSample::Specular(sample) => Some(BsdfSample {
