@@ -1,18 +1,22 @@
 //! Photon mapping against closed forms, where the search radius does no harm, and against itself: on other threads,
 //! through other windows, without anything to see.
 
+#![expect(clippy::print_stdout, reason = "a skipped test says so")]
+
 #[path = "common/probe.rs"]
 mod probe;
 #[path = "common/scene.rs"]
 mod scene;
 
 use std::f64::consts::PI;
+use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 
 use probe::{Probe, assert_exact, assert_mean};
 use scene::compile_scene;
 use tyndall::compile::{CompileOptions, NoAssets, compile};
 use tyndall::describe::describe;
+use tyndall::image::codec::decode;
 use tyndall::image::{Image, PixelRect};
 use tyndall::integrator::Integrator;
 use tyndall::render::{Job, Progress, Rendered, Unwatched, render};
@@ -489,4 +493,34 @@ fn parameters_and_options_say_how_many_iterations_there_are() {
         ..CompileOptions::default()
     };
     assert_eq!(of("Integrator \"sppm\"", &quick).0, 4);
+}
+
+#[test]
+fn a_published_caustic_is_as_bright_as_pbrt_makes_it() {
+    let shared = Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared");
+    let folder = shared.join("scenes/caustic-glass");
+    // By 10 000 iterations, so that little bias is left.
+    let reference = shared.join("references/caustic-glass/f16-9c.exr");
+    let (Ok(scene), Ok(reference)) = (
+        std::fs::read_to_string(folder.join("f16-9a.pbrt")),
+        std::fs::read(reference),
+    ) else {
+        println!("skipped: there are no references beside the repository");
+        return;
+    };
+    let reference = decode(&reference, "exr").expect("an EXR").image;
+    // A quarter of the resolution, and of the photons one for each pixel: the noise of the mean is a few thousandths.
+    let scene = scene.replace("[700]", "[175]").replace("[1000]", "[250]");
+    let options = CompileOptions {
+        spp: Some(8),
+        ..CompileOptions::default()
+    };
+    let read = |path: &str| std::fs::read(folder.join(path)).ok();
+    let image = rendered(&compile_scene(scene, &options, read).job).image;
+    assert_eq!((image.width(), image.height()), (175, 250));
+    for channel in 0..3 {
+        let ratio = channel_mean(&image, channel) / channel_mean(&reference, channel);
+        println!("channel {channel}: {ratio}");
+        assert!((ratio - 1.0).abs() < 0.01, "channel {channel}: {ratio}");
+    }
 }
