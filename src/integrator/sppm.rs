@@ -384,8 +384,9 @@ impl PhotonStatistics {
         let found = gathered.n_photons as f64;
         let n_photons = self.n_photons + KEPT * found;
         let shrinkage = n_photons / (self.n_photons + found);
-        for c in 0..3 {
-            self.tau[c] = (self.tau[c] + beta[c] * gathered.phi[c]) * shrinkage;
+        let added = beta.iter().zip(gathered.phi).map(|(beta, phi)| beta * phi);
+        for (tau, added) in self.tau.iter_mut().zip(added) {
+            *tau = (*tau + added) * shrinkage;
         }
         self.n_photons = n_photons;
         self.radius *= shrinkage.sqrt();
