@@ -143,6 +143,17 @@ fn light_in_a_round_room_is_a_geometric_series() {
 }
 
 #[test]
+fn more_photons_than_are_kept_at_once_bring_no_more_light() {
+    // 1.2 million photons arrive 2.3 times each, which makes two batches.
+    let scene = round_room(1, 5).replace(&sppm(1, 5, 2000, 0.5), &sppm(1, 5, 1_200_000, 0.5));
+    let image = picture(&scene);
+    for (c, expected) in round_room_radiance(5).into_iter().enumerate() {
+        let ratio = channel_mean(&image, c) / expected;
+        assert!((ratio - 1.0).abs() < 0.02, "channel {c}: {ratio}");
+    }
+}
+
+#[test]
 fn the_judge_misses_no_bounce() {
     let means = means(&round_room(16, 5));
     for (mean, (few, many)) in means.iter().zip(
