@@ -142,6 +142,11 @@ impl Camera {
         })
     }
 
+    /// When the shutter opens and closes.
+    pub fn shutter(&self) -> [f32; 2] {
+        self.shutter
+    }
+
     fn time(&self, sample: &CameraSample) -> f32 {
         let [open, close] = self.shutter;
         open + (close - open) * sample.time

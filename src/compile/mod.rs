@@ -90,7 +90,7 @@ fn build(
     // Read every option even if one is missing, so that all faults are reported at once.
     let film = options::film(frame, options, diagnostics);
     let samples = options::samples(frame, options, diagnostics);
-    let integrator = options::integrator(frame, diagnostics);
+    let integrator = options::integrator(frame, options, diagnostics);
     options::accelerator(frame, diagnostics);
     let camera = camera::camera(frame, film.as_ref(), assets, diagnostics);
 
@@ -149,9 +149,9 @@ fn build(
         world: World::new(parts),
         camera: camera.place(&space),
         pixel_bounds: integrator.pixel_bounds,
-        integrator: integrator.integrator,
+        integrator: integrator.integrator_at(space.scale()),
         film: film.desc,
-        spp: samples.spp,
+        spp: integrator.spp.unwrap_or(samples.spp),
         seed: options.seed,
         pixel_centers: samples.pixel_centers,
     };

@@ -8,11 +8,13 @@ use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
-use crate::integrator::{Integrator, Path};
+use crate::integrator::{Integrator, Path, Sppm};
 use crate::world::LightStrategy;
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
+/// And the iterations of photon mapping by this.
+const QUICK_ITERATIONS: u32 = 16;
 /// Longest side of the full frame: crop windows are cut in single precision, which counts no further.
 const MAX_SIDE: u32 = 1 << 24;
 /// Most pixels of a picture.
@@ -207,15 +209,35 @@ pub(super) struct IntegratorOptions {
     pub(super) volumetric: bool,
     pub(super) light_strategy: LightStrategy,
     pub(super) pixel_bounds: Option<PixelRect>,
+    /// Samples per pixel, where the integrator knows better than the sampler.
+    pub(super) spp: Option<u32>,
+}
+
+impl IntegratorOptions {
+    /// The integrator with its lengths in render space; `scale` is the length of one world unit there.
+    pub(super) fn integrator_at(&self, scale: f64) -> Integrator {
+        match self.integrator {
+            Integrator::Sppm(sppm) => Integrator::Sppm(Sppm {
+                radius: (f64::from(sppm.radius) * scale) as f32,
+                ..sppm
+            }),
+            integrator => integrator,
+        }
+    }
 }
 
 pub(super) fn integrator(
     frame: &Frame,
+    options: &CompileOptions,
     diagnostics: &mut Diagnostics,
 ) -> Option<IntegratorOptions> {
     let kind = &frame.integrator.kind;
     let plugin = lookup(Family::Integrator, kind, "nothing is rendered", diagnostics)?;
     let name = plugin.schema.name;
+    if name == "sppm" {
+        let p = ParamReader::new(plugin, &frame.integrator, diagnostics);
+        return Some(photon_mapping(name, p, options));
+    }
     if !matches!(name, "path" | "volpath") {
         let what = format!("the integrator \"{name}\"");
         diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
@@ -253,7 +275,46 @@ pub(super) fn integrator(
         volumetric,
         light_strategy,
         pixel_bounds,
+        spp: None,
     })
+}
+
+/// Stochastic progressive photon mapping, whose iterations are its samples per pixel.
+fn photon_mapping(
+    name: &'static str,
+    mut p: ParamReader,
+    options: &CompileOptions,
+) -> IntegratorOptions {
+    let mut iterations = u32::try_from(p.int("iterations")).unwrap_or(1).max(1);
+    if options.quick {
+        iterations = (iterations / QUICK_ITERATIONS).max(1);
+    }
+    let sppm = Sppm {
+        max_depth: u32::try_from(p.int("maxdepth")).unwrap_or(0),
+        photons_per_iteration: u32::try_from(p.int("photonsperiteration"))
+            .ok()
+            .filter(|&n| n > 0),
+        radius: p.float("radius"),
+    };
+    if p.optional_int("imagewritefrequency")
+        .is_some_and(|every| every.unsigned_abs() < iterations)
+    {
+        let span = p.span("imagewritefrequency");
+        let message = "intermediate pictures are not written";
+        p.report(
+            Diagnostic::warning("one-picture", span, message)
+                .with_help("the picture is written once, after the last iteration"),
+        );
+    }
+    p.finish();
+    IntegratorOptions {
+        integrator: Integrator::Sppm(sppm),
+        name,
+        volumetric: false,
+        light_strategy: LightStrategy::Spatial,
+        pixel_bounds: None,
+        spp: Some(options.spp.unwrap_or(iterations).max(1)),
+    }
 }
 
 /// One hierarchy serves all accelerators; their parameters are checked and have no effect.

@@ -2,6 +2,7 @@
 
 pub mod footprint;
 pub mod path;
+pub mod sppm;
 pub mod subsurface;
 
 use crate::camera::RayDifferential;
@@ -10,6 +11,7 @@ use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 use crate::world::World;
 pub use path::Path;
+pub use sppm::Sppm;
 
 /// A light transport algorithm.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +20,8 @@ pub enum Integrator {
     Path(Path),
     /// Surfaces and media.
     VolPath(Path),
+    /// Surfaces only, light from lights in photons; media are ignored.
+    Sppm(Sppm),
 }
 
 /// Events of the inner loop, counted by each worker and added up at the end.
@@ -47,7 +51,7 @@ impl Counters {
 }
 
 impl Integrator {
-    /// Radiance that arrives along a camera ray.
+    /// Radiance that arrives along a camera ray; of photon mapping, the part that needs no photons.
     pub fn li(
         &self,
         world: &World,
@@ -67,6 +71,10 @@ impl Integrator {
                 path.li::<false>(world, ray, differential, sampler, counters)
             }
             Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),
+            Self::Sppm(sppm) => {
+                let path = sppm.camera_path(world, ray, differential, sampler, counters);
+                path.radiance
+            }
         }
     }
 }

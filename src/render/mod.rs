@@ -2,6 +2,8 @@
 //!
 //! The picture is a function of the job alone: thread count and schedule never change a bit.
 
+mod sppm;
+
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -32,7 +34,7 @@ pub struct Job {
     pub film: FilmDesc,
     /// The algorithm.
     pub integrator: Integrator,
-    /// Samples per pixel, at least 1.
+    /// Samples per pixel, at least 1; of photon mapping, the iterations.
     pub spp: u32,
     /// Seed of all random numbers.
     pub seed: u64,
@@ -102,6 +104,9 @@ struct Schedule {
 
 /// Renders on the current rayon thread pool. `cancel` stops it between blocks; what is finished then is returned.
 pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
+    if let Integrator::Sppm(sppm) = &job.integrator {
+        return sppm::render(job, sppm, progress, cancel);
+    }
     let film = Film::new(job.film.clone());
     let blocks = film.blocks();
     let n_passes = job.spp.div_ceil(SAMPLES_PER_PASS) as usize;
@@ -260,6 +265,11 @@ fn holds(rect: &PixelRect, x: i32, y: i32) -> bool {
     inside(x, rect.x0, rect.width) && inside(y, rect.y0, rect.height)
 }
 
+/// Whether a radiance is one.
+fn is_radiance(radiance: Rgb) -> bool {
+    radiance.is_finite() && radiance.luminance() >= 0.0
+}
+
 /// Takes one sample. False if its radiance is no radiance; it is then left out.
 fn render_sample(
     job: &Job,
@@ -295,7 +305,7 @@ fn render_sample(
         &mut sampler,
         counters,
     );
-    let is_good = radiance.is_finite() && radiance.luminance() >= 0.0;
+    let is_good = is_radiance(radiance);
     if is_good {
         film.add_sample(&job.film, camera_sample.raster, radiance, weight);
     }

@@ -93,6 +93,18 @@ impl Bxdf<'_> {
         )
     }
 
+    /// Whether it scatters so evenly that a stored photon tells as much as a ray drawn from it.
+    #[inline]
+    pub fn is_diffuse(&self) -> bool {
+        matches!(
+            self,
+            Self::Diffuse(_)
+                | Self::DiffuseTransmission(_)
+                | Self::SubsurfaceExit(_)
+                | Self::DisneyBase(_)
+        )
+    }
+
     /// The sides it scatters to.
     #[inline]
     pub fn sides(&self) -> Sides {
@@ -314,6 +326,33 @@ impl<'a> Bsdf<'a> {
     #[inline]
     pub fn has_non_specular(&self) -> bool {
         self.lobes.iter().any(|lobe| !lobe.bxdf.is_specular())
+    }
+
+    /// Whether any lobe is diffuse.
+    #[inline]
+    pub fn has_diffuse(&self) -> bool {
+        self.lobes.iter().any(|lobe| lobe.bxdf.is_diffuse())
+    }
+
+    /// Probability with which [`Bsdf::sample`] draws from a specular lobe; 0 without lobes.
+    #[inline]
+    pub fn specular_share(&self, wo: Vec3) -> f32 {
+        let chances = self.chances(self.frame.to_local(wo));
+        let lobes = self.lobes.iter().zip(&chances);
+        lobes
+            .filter(|(lobe, _)| lobe.bxdf.is_specular())
+            .map(|(_, chance)| chance)
+            .sum()
+    }
+
+    /// Whether [`Bsdf::sample`] draws from a specular lobe for this `u_lobe`.
+    #[inline]
+    pub fn draws_specular(&self, wo: Vec3, u_lobe: f32) -> bool {
+        if self.lobes.is_empty() {
+            return false;
+        }
+        let (index, _) = choose(&self.chances(self.frame.to_local(wo)), u_lobe);
+        self.lobes[index].bxdf.is_specular()
     }
 
     /// Value for two directions of render space in sr⁻¹, cosine excluded. Whether they are reflected or transmitted is

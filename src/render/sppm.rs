@@ -1,0 +1,299 @@
+//! The schedule of photon mapping: in every iteration photons fly, and each pixel looks for those near the end of a
+//! camera path of its own.
+//!
+//! Photons are kept in batches of bounded size, whatever their number and that of the iterations. A batch that is not
+//! the iteration's last makes the camera paths be followed once more, by the same random numbers.
+
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+
+use rayon::prelude::{
+    IndexedParallelIterator, IntoParallelIterator, ParallelIterator, ParallelSliceMut,
+};
+
+use super::{Job, Progress, RenderReport, Rendered, is_radiance};
+use crate::camera::{CameraRay, CameraSample};
+use crate::image::Image;
+use crate::integrator::sppm::{Gathered, PhotonMap, PhotonStatistics};
+use crate::integrator::{Counters, Sppm};
+use crate::light::LightChoice;
+use crate::sampler::Sampler;
+use crate::sampling::rng::mix_bits;
+use crate::spectrum::Rgb;
+
+/// Photons that make a batch full. Part of the order of addition, as the next two are.
+const FULL_BATCH: usize = 1 << 21;
+/// Most photons that leave lights between two looks at the batch.
+const WAVE: usize = 1 << 13;
+/// Parts of a wave that threads take.
+const PARTS: usize = 64;
+/// Pixels that a thread takes.
+const RUN: usize = 256;
+/// Most photons of an iteration that are chosen for the sake of the frame's size.
+const MAX_DEFAULT_PHOTONS: u64 = 1 << 30;
+
+/// A pixel in the making.
+#[derive(Clone, Debug)]
+struct Pixel {
+    /// Iterations that count.
+    n_samples: u32,
+    /// Sum over them of what needs no photons.
+    radiance: [f64; 3],
+    photons: PhotonStatistics,
+    /// What the batches of the current iteration brought.
+    gathered: Gathered,
+}
+
+/// What all iterations share.
+struct Pass<'a> {
+    job: &'a Job,
+    sppm: &'a Sppm,
+    lights: LightChoice,
+    /// Photons of an iteration.
+    n_photons: u32,
+    cancel: &'a AtomicBool,
+}
+
+/// Renders on the current rayon thread pool. `cancel` stops it between runs of pixels; every pixel is then what its own
+/// iterations made of it.
+pub(super) fn render(
+    job: &Job,
+    sppm: &Sppm,
+    progress: &dyn Progress,
+    cancel: &AtomicBool,
+) -> Rendered {
+    let pass = Pass {
+        job,
+        sppm,
+        lights: job.world.power_choice(),
+        n_photons: n_photons(job, sppm),
+        cancel,
+    };
+    let crop = job.film.crop;
+    let pixel = Pixel {
+        n_samples: 0,
+        radiance: [0.0; 3],
+        photons: PhotonStatistics::new(sppm.radius),
+        gathered: Gathered::default(),
+    };
+    let mut pixels = vec![pixel; crop.width * crop.height];
+    let mut report = RenderReport::default();
+    let done = AtomicU64::new(0);
+    let total = pixels.len() as u64 * u64::from(job.spp);
+    let tell = |n_pixels: usize| {
+        let before = done.fetch_add(n_pixels as u64, Ordering::Relaxed);
+        progress.samples_done(before + n_pixels as u64, total);
+    };
+    let finished = (0..job.spp)
+        .try_for_each(|iteration| pass.iterate(iteration, &mut pixels, &mut report, &tell));
+    report.cancelled = finished.is_none();
+    Rendered {
+        image: pass.develop(&pixels),
+        report,
+    }
+}
+
+/// Photons of an iteration: none without lights. Their number must not depend on the crop window.
+fn n_photons(job: &Job, sppm: &Sppm) -> u32 {
+    if job.world.n_lights() == 0 {
+        return 0;
+    }
+    sppm.photons_per_iteration.unwrap_or_else(|| {
+        let [width, height] = job.film.resolution.map(u64::from);
+        (width * height).min(MAX_DEFAULT_PHOTONS) as u32
+    })
+}
+
+impl Pass<'_> {
+    /// One iteration; `None` if it was cancelled.
+    fn iterate(
+        &self,
+        iteration: u32,
+        pixels: &mut [Pixel],
+        report: &mut RenderReport,
+        tell: &(dyn Fn(usize) + Sync),
+    ) -> Option<()> {
+        let mut next = 0;
+        loop {
+            let map = self.trace_batch(iteration, &mut next, &mut report.counters)?;
+            let is_last = next == self.n_photons;
+            let runs: Vec<Option<RenderReport>> = pixels
+                .par_chunks_mut(RUN)
+                .enumerate()
+                .map(|(run, pixels)| {
+                    if self.is_cancelled() {
+                        return None;
+                    }
+                    let mut report = RenderReport::default();
+                    for (i, pixel) in pixels.iter_mut().enumerate() {
+                        self.gather(run * RUN + i, iteration, &map, is_last, pixel, &mut report);
+                    }
+                    if is_last {
+                        tell(pixels.len());
+                    }
+                    Some(report)
+                })
+                .collect();
+            let is_cancelled = runs.contains(&None);
+            runs.iter().flatten().for_each(|run| report.add(run));
+            if is_cancelled {
+                return None;
+            }
+            if is_last {
+                return Some(());
+            }
+        }
+    }
+
+    fn is_cancelled(&self) -> bool {
+        self.cancel.load(Ordering::Relaxed)
+    }
+
+    /// Lets photons fly, from number `next` on, until there are enough.
+    fn trace_batch(
+        &self,
+        iteration: u32,
+        next: &mut u32,
+        counters: &mut Counters,
+    ) -> Option<PhotonMap> {
+        let mut photons = Vec::new();
+        // Long paths leave many photons.
+        let wave = FULL_BATCH / (self.sppm.max_depth.max(1) as usize);
+        let wave = wave.clamp(1, WAVE) as u32;
+        let part = wave.div_ceil(PARTS as u32);
+        while photons.len() < FULL_BATCH && *next < self.n_photons {
+            if self.is_cancelled() {
+                return None;
+            }
+            let end = (*next + wave.min(self.n_photons - *next)) as usize;
+            let parts: Vec<_> = (*next as usize..end)
+                .step_by(part as usize)
+                .collect::<Vec<_>>()
+                .into_par_iter()
+                .map(|first| {
+                    let (mut photons, mut counters) = (Vec::new(), Counters::default());
+                    for photon in first..(first + part as usize).min(end) {
+                        self.sppm.trace_photon(
+                            &self.job.world,
+                            &self.lights,
+                            self.job.camera.shutter(),
+                            &mut photon_sampler(self.job.seed, iteration, photon as u32),
+                            &mut photons,
+                            &mut counters,
+                        );
+                    }
+                    (photons, counters)
+                })
+                .collect();
+            for (part, counted) in parts {
+                photons.extend(part);
+                counters.add(&counted);
+            }
+            *next = end as u32;
+        }
+        Some(PhotonMap::new(&photons))
+    }
+
+    /// Follows the camera path of a pixel and gathers photons where it ends. The last batch of an iteration concludes
+    /// it.
+    fn gather(
+        &self,
+        index: usize,
+        iteration: u32,
+        map: &PhotonMap,
+        is_last: bool,
+        pixel: &mut Pixel,
+        report: &mut RenderReport,
+    ) {
+        let (job, crop) = (self.job, self.job.film.crop);
+        let [x, y] = [index % crop.width, index / crop.width];
+        let place = [crop.x0 + x as i32, crop.y0 + y as i32];
+        let mut sampler = Sampler::new(job.seed, place, iteration);
+        let u = sampler.get_2d();
+        let camera_sample = CameraSample {
+            raster: [0, 1].map(|axis| f64::from(place[axis]) + f64::from(u[axis])),
+            time: sampler.get_1d(),
+            lens: sampler.get_2d(),
+        };
+        report.samples += u64::from(is_last);
+        let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
+            // Nothing passes the lens here: black, and as much a sample as any other.
+            pixel.n_samples += u32::from(is_last);
+            return;
+        };
+        let differential = job.world.facts().needs_footprint.then(|| {
+            let step = 1.0 / f64::from(job.spp).sqrt();
+            job.camera.differential(&camera_sample, step)
+        });
+        let path = self.sppm.camera_path(
+            &job.world,
+            ray,
+            differential.flatten().as_ref(),
+            &mut sampler,
+            &mut report.counters,
+        );
+        let mut beta = Rgb::BLACK;
+        if let Some(point) = &path.visible_point {
+            map.gather(point, pixel.photons.radius(), &mut pixel.gathered);
+            beta = point.beta * weight;
+        }
+        if is_last {
+            let is_good = pixel.conclude(path.radiance * weight, beta);
+            if !is_good {
+                report.bad_samples += 1;
+                report.first_bad_sample.get_or_insert((place, iteration));
+            }
+        }
+    }
+
+    /// The picture so far: box-filtered means, negative values cut to 0, times the film's scale.
+    fn develop(&self, pixels: &[Pixel]) -> Image {
+        let (crop, scale) = (self.job.film.crop, self.job.film.scale);
+        let data = pixels
+            .iter()
+            .flat_map(|pixel| {
+                pixel
+                    .radiance(self.n_photons)
+                    .map(|c| (c.max(0.0) * scale) as f32)
+            })
+            .collect();
+        Image::new(crop.width, crop.height, 3, data)
+            .expect("a film has pixels, three channels each")
+    }
+}
+
+impl Pixel {
+    /// Ends an iteration. False if what it found is no radiance; it is then left out.
+    fn conclude(&mut self, radiance: Rgb, beta: Rgb) -> bool {
+        let gathered = std::mem::take(&mut self.gathered);
+        let phi = Rgb::from_array(gathered.phi.map(|c| c as f32)) * beta;
+        if !is_radiance(radiance) || !is_radiance(phi) {
+            return false;
+        }
+        self.n_samples += 1;
+        for (sum, c) in self.radiance.iter_mut().zip(radiance.to_array()) {
+            *sum += f64::from(c);
+        }
+        self.photons
+            .update(&gathered, beta.to_array().map(f64::from));
+        true
+    }
+
+    fn radiance(&self, n_photons: u32) -> [f64; 3] {
+        if self.n_samples == 0 {
+            return [0.0; 3];
+        }
+        let n_samples = f64::from(self.n_samples);
+        let n_emitted = n_samples * f64::from(n_photons.max(1));
+        let indirect = self.photons.radiance(n_emitted);
+        [0, 1, 2].map(|c| self.radiance[c] / n_samples + indirect[c])
+    }
+}
+
+/// The random numbers of a photon. The photons of an iteration share their sequences, as the samples of a pixel do.
+fn photon_sampler(seed: u64, iteration: u32, photon: u32) -> Sampler {
+    Sampler::new(
+        mix_bits(seed ^ 0x3c6e_f372_fe94_f82b),
+        [iteration as i32, 0],
+        photon,
+    )
+}
