@@ -8,7 +8,7 @@ use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
-use crate::integrator::{Integrator, Path};
+use crate::integrator::{AmbientOcclusion, Direct, Integrator, LightSampling, Path};
 use crate::world::LightStrategy;
 
 /// A quick look divides the resolution by this.
@@ -216,20 +216,46 @@ pub(super) fn integrator(
     let kind = &frame.integrator.kind;
     let plugin = lookup(Family::Integrator, kind, "nothing is rendered", diagnostics)?;
     let name = plugin.schema.name;
-    if !matches!(name, "path" | "volpath") {
+    if matches!(name, "bdpt" | "mlt" | "sppm") {
         let what = format!("the integrator \"{name}\"");
         diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
         return None;
     }
     let mut p = ParamReader::new(plugin, &frame.integrator, diagnostics);
-    let path = Path {
-        max_depth: u32::try_from(p.int("maxdepth")).unwrap_or(0),
-        rr_threshold: p.float("rrthreshold"),
-    };
-    let light_strategy = match p.choice("lightsamplestrategy") {
-        "uniform" => LightStrategy::Uniform,
-        "power" => LightStrategy::Power,
-        _ => LightStrategy::Spatial,
+    let count = |n: i32| u32::try_from(n).unwrap_or(0);
+    let mut light_strategy = LightStrategy::Spatial;
+    let integrator = match name {
+        "whitted" => Integrator::Direct(Direct {
+            max_depth: count(p.int("maxdepth")),
+            lights: LightSampling::Each,
+        }),
+        "directlighting" => Integrator::Direct(Direct {
+            max_depth: count(p.int("maxdepth")),
+            lights: match p.choice("strategy") {
+                "one" => LightSampling::One,
+                _ => LightSampling::All,
+            },
+        }),
+        "ambientocclusion" => Integrator::AmbientOcclusion(AmbientOcclusion {
+            n_samples: count(p.int("nsamples")).max(1),
+            by_cosine: p.bool("cossample"),
+        }),
+        _ => {
+            let path = Path {
+                max_depth: count(p.int("maxdepth")),
+                rr_threshold: p.float("rrthreshold"),
+            };
+            light_strategy = match p.choice("lightsamplestrategy") {
+                "uniform" => LightStrategy::Uniform,
+                "power" => LightStrategy::Power,
+                _ => LightStrategy::Spatial,
+            };
+            if name == "volpath" {
+                Integrator::VolPath(path)
+            } else {
+                Integrator::Path(path)
+            }
+        }
     };
     let pixel_bounds = p.ints::<4>("pixelbounds").map(|[x0, x1, y0, y1]| {
         let length = |a: i32, b: i32| usize::try_from(b as i64 - a as i64).unwrap_or(0);
@@ -241,16 +267,10 @@ pub(super) fn integrator(
         }
     });
     p.finish();
-    let volumetric = name == "volpath";
-    let integrator = if volumetric {
-        Integrator::VolPath(path)
-    } else {
-        Integrator::Path(path)
-    };
     Some(IntegratorOptions {
+        volumetric: matches!(integrator, Integrator::VolPath(_)),
         integrator,
         name,
-        volumetric,
         light_strategy,
         pixel_bounds,
     })

@@ -1,7 +1,9 @@
-//! The footprint of the camera's pixel on a surface (pbrt 3rd ed., section 10.1.1).
+//! The footprint of the camera's pixel on a surface (pbrt 3rd ed., section 10.1.1), and what mirrors and glass make of
+//! the neighbouring rays (section 10.1.3; Igehy 1999, "Tracing Ray Differentials").
 
 use crate::camera::RayDifferential;
 use crate::math::{Ray, Vec3};
+use crate::scatter::SpecularPart;
 use crate::shape::SurfacePoint;
 use crate::texture::TextureContext;
 
@@ -57,4 +59,40 @@ fn offset_on_plane(surface: &SurfacePoint, ray: &Ray) -> Option<Vec3> {
     let t = surface.ng.dot(surface.p - ray.o) / surface.ng.dot(ray.d);
     let offset = ray.at(t) - surface.p;
     offset.is_finite().then_some(offset)
+}
+
+/// The neighbours of a ray that leaves a surface, which it met in direction −`wo`, by a specular part. `ns` is the
+/// shading normal; `ctx` holds the footprint. Their directions have no unit length.
+pub fn after_specular(
+    differential: &RayDifferential,
+    surface: &SurfacePoint,
+    ctx: &TextureContext,
+    ns: Vec3,
+    wo: Vec3,
+    part: &SpecularPart,
+) -> RayDifferential {
+    let (cos_o, cos_i) = (wo.dot(ns), part.wi.dot(ns));
+    let leaving = |neighbour: &Ray, dp: Vec3, [du, dv]: [f32; 2]| {
+        let dwo = -neighbour.d - wo;
+        let dn = surface.dndu * du + surface.dndv * dv;
+        let d_cos_o = dwo.dot(ns) + wo.dot(dn);
+        let d_wi = match part.refraction {
+            // wi = −wo + 2 cosₒ n
+            None => (dn * cos_o + ns * d_cos_o) * 2.0 - dwo,
+            // wi = −η wo + (η cosₒ + cosᵢ) n, with cosᵢ² = 1 − η² (1 − cosₒ²)
+            Some(eta) => {
+                let d_cos_i = eta * eta * (cos_o / cos_i) * d_cos_o;
+                dn * (eta * cos_o + cos_i) + ns * (eta * d_cos_o + d_cos_i) - dwo * eta
+            }
+        };
+        Ray {
+            o: surface.p + dp,
+            d: part.wi + d_wi,
+            time: neighbour.time,
+        }
+    };
+    RayDifferential {
+        right: leaving(&differential.right, ctx.dp_dx, ctx.duv_dx),
+        below: leaving(&differential.below, ctx.dp_dy, ctx.duv_dy),
+    }
 }

@@ -1,14 +1,19 @@
 //! Light transport: the radiance along a camera ray. Knows the world; knows no film, no files, no threads.
 
+pub mod ambient_occlusion;
+pub mod direct;
 pub mod footprint;
 pub mod path;
 pub mod subsurface;
+mod visible;
 
 use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 use crate::world::World;
+pub use ambient_occlusion::AmbientOcclusion;
+pub use direct::{Direct, LightSampling};
 pub use path::Path;
 
 /// A light transport algorithm.
@@ -18,6 +23,10 @@ pub enum Integrator {
     Path(Path),
     /// Surfaces and media.
     VolPath(Path),
+    /// Direct light, seen in mirrors and through glass; media are ignored.
+    Direct(Direct),
+    /// How open the hemisphere is.
+    AmbientOcclusion(AmbientOcclusion),
 }
 
 /// Events of the inner loop, counted by each worker and added up at the end.
@@ -67,6 +76,8 @@ impl Integrator {
                 path.li::<false>(world, ray, differential, sampler, counters)
             }
             Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),
+            Self::Direct(direct) => direct.li(world, ray, differential, sampler, counters),
+            Self::AmbientOcclusion(ambient) => ambient.li(world, ray, sampler, counters),
         }
     }
 }

@@ -67,6 +67,15 @@ impl Sampler {
         ]
     }
 
+    /// `n` points of each sample in one dimension, one or two numbers each; takes one dimension. Together the points of
+    /// all samples are one sequence, of which each sample has its own stretch.
+    #[inline]
+    pub fn array(&mut self, n: u32) -> SampleArray {
+        let start = self.clone();
+        self.dimension = self.dimension.wrapping_add(1);
+        SampleArray { start, n }
+    }
+
     /// A stream of its own for a loop of unknown length; takes one dimension.
     #[inline]
     pub fn stream(&mut self) -> Rng {
@@ -78,6 +87,39 @@ impl Sampler {
     fn next_key(&mut self) -> u64 {
         self.dimension = self.dimension.wrapping_add(1);
         mix_bits(self.pixel_key ^ (self.dimension as u64).wrapping_mul(0x9e37_79b9_7f4a_7c15))
+    }
+}
+
+/// Several points of one sample in one dimension.
+#[derive(Clone, Debug)]
+pub struct SampleArray {
+    start: Sampler,
+    n: u32,
+}
+
+impl SampleArray {
+    /// A number of point `i`.
+    #[inline]
+    pub fn get_1d(&self, i: u32) -> f32 {
+        self.at(i).get_1d()
+    }
+
+    /// Both numbers of point `i`.
+    #[inline]
+    pub fn get_2d(&self, i: u32) -> [f32; 2] {
+        self.at(i).get_2d()
+    }
+
+    #[inline]
+    fn at(&self, i: u32) -> Sampler {
+        let index = u64::from(self.start.sample) * u64::from(self.n) + u64::from(i);
+        // A sequence has 2³² points: beyond them begins another.
+        let turn = mix_bits(index >> 32);
+        Sampler {
+            pixel_key: self.start.pixel_key ^ turn,
+            sample: index as u32,
+            ..self.start.clone()
+        }
     }
 }
 
