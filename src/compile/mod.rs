@@ -152,8 +152,12 @@ fn build(
     let name = integrator.name;
     let mut warn_of_ignored = |what: &str, instead: &str| {
         diagnostics.push(
-            Diagnostic::warning("ignored-scattering", kind.span, format!("\"{name}\" ignores {what}"))
-                .with_help(format!("{instead} renders it")),
+            Diagnostic::warning(
+                "ignored-scattering",
+                kind.span,
+                format!("\"{name}\" ignores {what}"),
+            )
+            .with_help(format!("{instead} renders it")),
         );
     };
     if ignores_media {
@@ -178,6 +182,7 @@ fn build(
         spp: samples.spp,
         seed: options.seed,
         pixel_centers: samples.pixel_centers,
+        sampler: samples.sampler,
     };
     Some(Compiled {
         job,

@@ -249,7 +249,8 @@ impl Materials {
 
     /// Whether any material is one of those made for light that spreads below surfaces.
     pub fn let_light_in(&self) -> bool {
-        let lets_in = |m: &Material| matches!(m.model, Model::Subsurface(_) | Model::KdSubsurface(_));
+        let lets_in =
+            |m: &Material| matches!(m.model, Model::Subsurface(_) | Model::KdSubsurface(_));
         self.list.iter().any(lets_in)
     }
 

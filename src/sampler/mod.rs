@@ -1,32 +1,112 @@
-//! Sample points: for every pixel, sample and dimension one number, and nothing else decides it.
+//! Sample points: for every pixel, sample and dimension one number, and nothing else decides it. Scene-file manual
+//! (`Sampler`):
+//!
+//! | plugin | points of a pixel |
+//! |---|---|
+//! | `02sequence`, `lowdiscrepancy` | a (0,2)-sequence for each number or pair drawn, Owen-scrambled and shuffled |
+//! | `sobol` | Sobol' points in 16 dimensions, Owen-scrambled; the next 16 are shuffled anew |
+//! | `halton` | Halton points in 16 dimensions, scrambled by digits; then as `02sequence` |
+//! | `maxmindist` | the film positions keep the largest distance from each other; the rest as `02sequence` |
+//! | `stratified` | one in each cell of a grid, or the centres of the cells with `jitter` off |
+//! | `random` | independent |
+//!
+//! Each is a function of (seed, pixel, sample, dimension), so that neither crop window nor order matters, and none runs
+//! out of samples or dimensions; the parameter `dimensions` has no effect.
 //!
 //! A [`Sampler`] is a small value on the stack of one path. Knows no film and no scene.
 
+mod halton;
+mod max_min_dist;
 pub mod owen;
+mod sobol;
+mod stratified;
 
 use crate::sampling::rng::{Rng, mix_bits, unit_f32};
 
+/// How the points of a pixel are laid out.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub enum SamplerKind {
+    /// Padded pairs: each is a (0,2)-sequence in base 2, Owen-scrambled and shuffled by hashing (Burley 2020, JCGT
+    /// 9:4). Any prefix whose length is a power of two is stratified.
+    #[default]
+    ZeroTwo,
+    /// Sobol' points, in blocks of 16 dimensions.
+    Sobol,
+    /// Halton points in the first 16 dimensions, padded pairs beyond.
+    Halton,
+    /// The first pair of dimensions is a net of 2^`log2` points that are far from each other, the others are padded.
+    MaxMinDist {
+        /// At most 16.
+        log2: u32,
+    },
+    /// One point in each cell of a grid; the one-dimensional grid has as many cells.
+    Stratified {
+        /// Cells along the first dimension of a pair, positive.
+        nx: u32,
+        /// Cells along the second, positive; `nx` · `ny` is below 2³².
+        ny: u32,
+        /// A random point of the cell, instead of its centre.
+        jitter: bool,
+    },
+    /// Independent points.
+    Random,
+}
+
+impl SamplerKind {
+    /// Nets of at least `spp` points that are far from each other, as far as there are any.
+    pub fn max_min_dist(spp: u32) -> Self {
+        let log2 = spp
+            .checked_next_power_of_two()
+            .map_or(32, u32::trailing_zeros);
+        Self::MaxMinDist {
+            log2: log2.min(max_min_dist::MAX_LOG2),
+        }
+    }
+
+    /// A grid of at least `spp` cells, as square as can be.
+    pub fn grid(spp: u32, jitter: bool) -> Self {
+        let spp = spp.clamp(1, MAX_CELLS);
+        let nx = f64::from(spp).sqrt().ceil() as u32;
+        Self::Stratified {
+            nx,
+            ny: spp.div_ceil(nx),
+            jitter,
+        }
+    }
+}
+
+/// Most cells of a grid that [`SamplerKind::grid`] makes.
+const MAX_CELLS: u32 = 1 << 30;
+
 /// The sample numbers of one path: a function of (seed, pixel, sample, dimension).
-///
-/// Dimensions are padded pairs: each pair is a (0,2)-sequence in base 2, Owen-scrambled and shuffled by hashing
-/// (Burley 2020, JCGT 9:4). Any prefix whose length is a power of two is stratified; the sequence never ends, in
-/// samples up to 2³² or in dimensions.
 #[derive(Clone, Debug)]
 pub struct Sampler {
     pixel_key: u64,
     sample: u32,
+    /// Numbers and pairs drawn so far: each is a dimension of its own.
     dimension: u32,
+    /// Coordinates of high-dimensional points drawn so far, where the kind has such.
+    coordinate: u32,
+    kind: SamplerKind,
 }
 
 impl Sampler {
-    /// The sampler of one sample of the pixel (x, y).
+    /// The sampler of one sample of the pixel (x, y), of the default kind.
     #[inline]
     pub fn new(seed: u64, pixel: [i32; 2], sample: u32) -> Self {
+        Self::of_kind(SamplerKind::default(), seed, pixel, sample)
+    }
+
+    /// The sampler of one sample of the pixel (x, y).
+    #[inline]
+    pub fn of_kind(kind: SamplerKind, seed: u64, pixel: [i32; 2], sample: u32) -> Self {
         let pixel_bits = (pixel[0] as u32 as u64) << 32 | pixel[1] as u32 as u64;
         Self {
             pixel_key: mix_bits(mix_bits(seed ^ 0x6a09_e667_f3bc_c908) ^ pixel_bits),
             sample,
             dimension: 0,
+            coordinate: 0,
+            kind,
         }
     }
 
@@ -48,32 +128,146 @@ impl Sampler {
         bits as f64 * (0.5 / (1u64 << 52) as f64)
     }
 
-    /// The sample's point of the one-dimensional sequence of a key.
-    #[inline]
-    fn fraction(&self, key: u64) -> u32 {
-        let index = owen::scramble(self.sample, key as u32);
-        owen::scramble(owen::sobol_0(index), (key >> 32) as u32)
-    }
-
     /// The next two dimensions, uniform in [0, 1)².
     #[inline]
     pub fn get_2d(&mut self) -> [f32; 2] {
         let key = self.next_key();
+        self.fractions(key).map(unit_f32)
+    }
+
+    /// The sample's point of the one-dimensional sequence of a key.
+    #[inline]
+    fn fraction(&mut self, key: u64) -> u32 {
+        if self.kind == SamplerKind::ZeroTwo {
+            let index = owen::scramble(self.sample, key as u32);
+            owen::scramble(owen::sobol_0(index), (key >> 32) as u32)
+        } else {
+            self.fraction_of_others(key)
+        }
+    }
+
+    /// The sample's point of the two-dimensional sequence of a key.
+    #[inline]
+    fn fractions(&mut self, key: u64) -> [u32; 2] {
+        if self.kind == SamplerKind::ZeroTwo {
+            self.zero_two(key)
+        } else {
+            self.fractions_of_others(key)
+        }
+    }
+
+    #[inline]
+    fn zero_two(&self, key: u64) -> [u32; 2] {
         let index = owen::scramble(self.sample, key as u32);
         let key = mix_bits(key);
         [
-            unit_f32(owen::scramble(owen::sobol_0(index), key as u32)),
-            unit_f32(owen::scramble(owen::sobol_1(index), (key >> 32) as u32)),
+            owen::scramble(owen::sobol_0(index), key as u32),
+            owen::scramble(owen::sobol_1(index), (key >> 32) as u32),
         ]
     }
 
-    /// `n` points of each sample in one dimension, one or two numbers each; takes one dimension. Together the points of
-    /// all samples are one sequence, of which each sample has its own stretch.
+    /// Kept out of line, so that what most pictures need stays short.
+    #[inline(never)]
+    fn fraction_of_others(&mut self, key: u64) -> u32 {
+        match self.kind {
+            SamplerKind::Sobol => self.sobol([key])[0],
+            SamplerKind::Halton => match self.halton([key]) {
+                Some([x]) => x,
+                None => self.zero_two(key)[0],
+            },
+            SamplerKind::Stratified { nx, ny, jitter } => {
+                let n = nx * ny;
+                let key = mix_bits(key ^ u64::from(self.sample / n));
+                let cell = stratified::permuted(self.sample % n, n, key);
+                stratified::in_cell(cell, n, self.place_in_cell(key, jitter) as u32)
+            }
+            SamplerKind::Random => self.hash(key) as u32,
+            SamplerKind::ZeroTwo | SamplerKind::MaxMinDist { .. } => self.zero_two(key)[0],
+        }
+    }
+
+    #[inline(never)]
+    fn fractions_of_others(&mut self, key: u64) -> [u32; 2] {
+        let low_high = |bits: u64| [bits as u32, (bits >> 32) as u32];
+        let keys = [key, mix_bits(key)];
+        match self.kind {
+            SamplerKind::Sobol => self.sobol(keys),
+            SamplerKind::Halton => self.halton(keys).unwrap_or_else(|| self.zero_two(key)),
+            SamplerKind::MaxMinDist { log2 } if self.dimension == 1 => {
+                max_min_dist::point(self.sample, log2, key)
+            }
+            SamplerKind::Stratified { nx, ny, jitter } => {
+                let n = nx * ny;
+                let key = mix_bits(key ^ u64::from(self.sample / n));
+                let cell = stratified::permuted(self.sample % n, n, key);
+                let [x, y] = low_high(self.place_in_cell(key, jitter));
+                [
+                    stratified::in_cell(cell % nx, nx, x),
+                    stratified::in_cell(cell / nx, ny, y),
+                ]
+            }
+            SamplerKind::Random => low_high(self.hash(key)),
+            SamplerKind::ZeroTwo | SamplerKind::MaxMinDist { .. } => self.zero_two(key),
+        }
+    }
+
+    /// The next coordinates of a Sobol' point, one for each key; those of one call are of one point.
+    fn sobol<const N: usize>(&mut self, keys: [u64; N]) -> [u32; N] {
+        const LENGTH: u32 = sobol::N_DIMENSIONS as u32;
+        let mut first = self.coordinate;
+        if first % LENGTH + N as u32 > LENGTH {
+            first = (first / LENGTH).wrapping_add(1).wrapping_mul(LENGTH);
+        }
+        self.coordinate = first.wrapping_add(N as u32);
+        let shuffle = mix_bits(self.pixel_key ^ mix_bits(!u64::from(first / LENGTH))) as u32;
+        let index = owen::scramble(self.sample, shuffle);
+        std::array::from_fn(|k| {
+            let coordinate = sobol::coordinate(index, (first % LENGTH) as usize + k);
+            owen::scramble(coordinate, (keys[k] >> 32) as u32)
+        })
+    }
+
+    /// The next coordinates of a Halton point, one for each key, as long as there are any.
+    fn halton<const N: usize>(&mut self, keys: [u64; N]) -> Option<[u32; N]> {
+        let first = self.coordinate as usize;
+        let bases = halton::PRIMES.get(first..first + N)?;
+        self.coordinate += N as u32;
+        Some(std::array::from_fn(|k| {
+            halton::scrambled_inverse(self.sample, bases[k], keys[k])
+        }))
+    }
+
+    /// Two 32-bit fractions that say where in its cell a point is.
+    fn place_in_cell(&self, key: u64, jitter: bool) -> u64 {
+        const CENTER: u64 = 0x8000_0000_8000_0000;
+        if jitter { self.hash(key) } else { CENTER }
+    }
+
+    /// Random bits of a key and the sample.
+    fn hash(&self, key: u64) -> u64 {
+        mix_bits(key ^ mix_bits(u64::from(self.sample) ^ 0xa54f_f53a_5f1d_36f1))
+    }
+
+    /// `n` points of each sample in one dimension, one or two numbers each; takes one dimension. Points that are laid
+    /// out in cells fill a grid for each sample; otherwise the points of all samples are one sequence, of which each
+    /// sample has its own stretch.
     #[inline]
     pub fn array(&mut self, n: u32) -> SampleArray {
-        let start = self.clone();
+        let mut start = self.clone();
         self.dimension = self.dimension.wrapping_add(1);
-        SampleArray { start, n }
+        let sample = u64::from(start.sample);
+        let mut first = sample * u64::from(n);
+        start.kind = match start.kind {
+            SamplerKind::Stratified { .. } => {
+                start.pixel_key ^= mix_bits(sample ^ 0x510e_527f_ade6_82d1);
+                first = 0;
+                SamplerKind::grid(n, true)
+            }
+            SamplerKind::Random => SamplerKind::Random,
+            // A stretch of several points is no point of a sequence that others share.
+            _ => SamplerKind::ZeroTwo,
+        };
+        SampleArray { start, first }
     }
 
     /// A stream of its own for a loop of unknown length; takes one dimension.
@@ -94,7 +288,7 @@ impl Sampler {
 #[derive(Clone, Debug)]
 pub struct SampleArray {
     start: Sampler,
-    n: u32,
+    first: u64,
 }
 
 impl SampleArray {
@@ -112,7 +306,7 @@ impl SampleArray {
 
     #[inline]
     fn at(&self, i: u32) -> Sampler {
-        let index = u64::from(self.start.sample) * u64::from(self.n) + u64::from(i);
+        let index = self.first + u64::from(i);
         // A sequence has 2³² points: beyond them begins another.
         let turn = mix_bits(index >> 32);
         Sampler {
@@ -126,6 +320,25 @@ impl SampleArray {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    const CENTERED: SamplerKind = SamplerKind::Stratified {
+        nx: 5,
+        ny: 8,
+        jitter: false,
+    };
+    const KINDS: [SamplerKind; 7] = [
+        SamplerKind::ZeroTwo,
+        SamplerKind::Sobol,
+        SamplerKind::Halton,
+        SamplerKind::MaxMinDist { log2: 5 },
+        SamplerKind::Stratified {
+            nx: 5,
+            ny: 8,
+            jitter: true,
+        },
+        CENTERED,
+        SamplerKind::Random,
+    ];
 
     fn points(seed: u64, n: u32, skip: u32) -> Vec<[f32; 2]> {
         (0..n)
@@ -159,8 +372,8 @@ mod tests {
 
     #[test]
     fn fine_numbers_refine_the_coarse_ones() {
-        for sample in 0..1000 {
-            let sampler = Sampler::new(3, [5, 6], sample);
+        for (sample, kind) in (0..1000).zip(KINDS.iter().cycle()) {
+            let sampler = Sampler::of_kind(*kind, 3, [5, 6], sample);
             let (coarse, fine) = (sampler.clone().get_1d(), sampler.clone().get_1d_fine());
             assert!((0.0..1.0).contains(&fine));
             let scale = (1 << 24) as f64;
@@ -170,51 +383,202 @@ mod tests {
 
     #[test]
     fn pairs_of_dimensions_are_uncorrelated() {
-        // Mean of (x − ½)(x' − ½) between dimension pairs over many pixels: standard error 1/(12 √n).
-        let n = 200_000;
-        let mut sum = [0.0; 2];
-        for i in 0..n {
-            let mut sampler = Sampler::new(9, [i, i / 7], (i % 16) as u32);
-            let (a, b) = (sampler.get_2d(), sampler.get_2d());
-            sum[0] += (a[0] as f64 - 0.5) * (b[0] as f64 - 0.5);
-            sum[1] += (a[0] as f64 - 0.5) * (a[1] as f64 - 0.5);
+        // Mean of (x − ½)(x' − ½) between any two of 40 numbers over many pixels: standard error 1/(12 √n).
+        const N_NUMBERS: usize = 40;
+        let n = 40_000;
+        for kind in KINDS {
+            let mut sums = [[0.0; N_NUMBERS]; N_NUMBERS];
+            for i in 0..n {
+                let mut sampler = Sampler::of_kind(kind, 9, [i, i / 7], (i % 37) as u32);
+                let mut numbers = Vec::new();
+                while numbers.len() < N_NUMBERS {
+                    numbers.extend(sampler.get_2d());
+                    numbers.extend([sampler.get_1d(), sampler.get_1d_fine() as f32]);
+                    numbers.extend(sampler.array(3).get_2d(2));
+                }
+                let numbers: Vec<f64> = numbers.iter().map(|&x| f64::from(x) - 0.5).collect();
+                for a in 0..N_NUMBERS {
+                    for b in 0..a {
+                        sums[a][b] += numbers[a] * numbers[b];
+                    }
+                }
+            }
+            let bound = 5.0 / (12.0 * f64::from(n).sqrt());
+            for (a, b) in (0..N_NUMBERS).flat_map(|a| (0..a).map(move |b| (a, b))) {
+                let mean: f64 = sums[a][b] / f64::from(n);
+                assert!(mean.abs() < bound, "{kind:?}, {a} and {b}: {mean}");
+            }
         }
-        for s in sum {
-            assert!(
-                (s / n as f64).abs() < 4.0 / (12.0 * (n as f64).sqrt()),
-                "{s}"
-            );
+    }
+
+    /// Mean of a function of the first samples of one pixel.
+    fn mean(kind: SamplerKind, seed: u64, n: u32, f: impl Fn(&mut Sampler) -> f64) -> f64 {
+        let values = (0..n).map(|i| f(&mut Sampler::of_kind(kind, seed, [3, 4], i)));
+        values.sum::<f64>() / f64::from(n)
+    }
+
+    #[test]
+    fn pairs_fill_the_square_the_longer_they_run() {
+        // Every two dimensions that path tracing draws from, jointly: a shared pattern would leave an error for good.
+        let draw = |sampler: &mut Sampler, k: usize| {
+            let numbers: Vec<f64> = (0..12).map(|_| f64::from(sampler.get_1d())).collect();
+            f64::from(numbers[k] < 0.4 && numbers[(k + 5) % 12] < 0.4)
+        };
+        for kind in KINDS.into_iter().filter(|kind| *kind != CENTERED) {
+            for k in 0..12 {
+                for seed in 0..3 {
+                    let n = 1 << 14;
+                    let area = mean(kind, seed, n, |sampler| draw(sampler, k));
+                    let sigma = (0.16 * 0.84 / f64::from(n)).sqrt();
+                    assert!((area - 0.16).abs() < 4.5 * sigma, "{kind:?}, {k}: {area}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn n20_no_kind_runs_out_of_dimensions() {
+        for kind in KINDS {
+            let mut sum = 0.0;
+            let n = 16 * 5000;
+            for sample in 0..16 {
+                let mut sampler = Sampler::of_kind(kind, 1, [7, 8], sample);
+                for _ in 0..4000 {
+                    sampler.get_2d();
+                }
+                for _ in 0..5000 {
+                    let x = sampler.get_1d();
+                    assert!((0.0..1.0).contains(&x));
+                    sum += f64::from(x) - 0.5;
+                }
+            }
+            let sigma = (f64::from(n) / 12.0).sqrt();
+            assert!(sum.abs() < 4.0 * sigma, "{kind:?}: {sum}");
+        }
+    }
+
+    #[test]
+    fn n21_counts_beyond_any_table_are_fine() {
+        for spp in [1, 2, 3, 1 << 17, 1_000_000, 3_000_000_000, u32::MAX] {
+            for kind in [
+                SamplerKind::max_min_dist(spp),
+                SamplerKind::grid(spp, true),
+                SamplerKind::Halton,
+                SamplerKind::Sobol,
+            ] {
+                for sample in [0, 1, spp / 2, spp - 1] {
+                    let mut sampler = Sampler::of_kind(kind, 1, [7, 8], sample);
+                    let points = [sampler.get_2d(), sampler.array(spp).get_2d(spp - 1)];
+                    for x in points.as_flattened() {
+                        assert!((0.0..1.0).contains(x), "{kind:?}, {sample}: {x}");
+                    }
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn every_kind_but_chance_beats_chance() {
+        // Variance of the estimate of a smooth integral over the film pair, over seeds.
+        let f = |sampler: &mut Sampler| {
+            let [x, y] = sampler.get_2d().map(f64::from);
+            (3.0 * x).sin() * (2.0 * y + x).cos()
+        };
+        let variance = |kind: SamplerKind, n: u32| {
+            let values: Vec<f64> = (0..400).map(|seed| mean(kind, seed, n, f)).collect();
+            let mean = values.iter().sum::<f64>() / 400.0;
+            values.iter().map(|v| (v - mean).powi(2)).sum::<f64>() / 400.0
+        };
+        for n in [16, 64] {
+            let chance = variance(SamplerKind::Random, n);
+            for kind in [
+                SamplerKind::ZeroTwo,
+                SamplerKind::Sobol,
+                SamplerKind::Halton,
+                SamplerKind::max_min_dist(n),
+                SamplerKind::grid(n, true),
+            ] {
+                let ratio = variance(kind, n) / chance;
+                assert!(ratio < 0.25, "{kind:?}, {n} samples: {ratio}");
+            }
+        }
+    }
+
+    #[test]
+    fn stratified_points_lie_one_in_each_cell_and_centres_are_centres() {
+        for (nx, ny) in [(4, 4), (5, 3), (1, 7)] {
+            for jitter in [true, false] {
+                let kind = SamplerKind::Stratified { nx, ny, jitter };
+                for round in 0..2 {
+                    let mut seen = vec![0; (nx * ny) as usize];
+                    let mut seen_1d = seen.clone();
+                    for i in 0..nx * ny {
+                        let sample = round * nx * ny + i;
+                        let mut sampler = Sampler::of_kind(kind, 5, [1, 2], sample);
+                        let ([x, y], z) = (sampler.get_2d(), sampler.get_1d());
+                        let (cx, cy) = ((x * nx as f32) as u32, (y * ny as f32) as u32);
+                        seen[(cy * nx + cx) as usize] += 1;
+                        seen_1d[(z * (nx * ny) as f32) as usize] += 1;
+                        if !jitter {
+                            assert!((x * nx as f32 - cx as f32 - 0.5).abs() < 1e-5);
+                            assert!((y * ny as f32 - cy as f32 - 0.5).abs() < 1e-5);
+                        }
+                    }
+                    assert!(seen.iter().chain(&seen_1d).all(|&n| n == 1), "{kind:?}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn arrays_are_stratified_within_each_sample() {
+        for kind in KINDS
+            .into_iter()
+            .filter(|kind| *kind != SamplerKind::Random)
+        {
+            for sample in 0..20 {
+                let points = Sampler::of_kind(kind, 2, [0, 0], sample).array(16);
+                let mut seen = [0; 16];
+                for i in 0..16 {
+                    let [x, y] = points.get_2d(i);
+                    seen[(x * 4.0) as usize * 4 + (y * 4.0) as usize] += 1;
+                }
+                assert_eq!(seen, [1; 16], "{kind:?}, sample {sample}");
+            }
         }
     }
 
     #[test]
     fn every_sample_is_uniform_over_pixels() {
         // Whatever the sample's index, over pixels it takes every place alike: no pixel's estimate is biased.
-        const N: usize = 1 << 18;
+        const N: usize = 1 << 17;
         const BINS: usize = 16;
-        for sample in [0, 1, 5, 15, 63] {
-            for skip in [0, 2, 9] {
-                let mut counts = vec![0f64; BINS * BINS * BINS];
-                for pixel in 0..N as i32 {
-                    let mut sampler = Sampler::new(0, [pixel % 512, pixel / 512], sample);
-                    for _ in 0..skip {
-                        sampler.get_2d();
+        for kind in KINDS.into_iter().filter(|kind| *kind != CENTERED) {
+            for sample in [0, 1, 15, 63] {
+                for skip in [0, 2, 9] {
+                    let mut counts = vec![0f64; BINS * BINS * BINS];
+                    for pixel in 0..N as i32 {
+                        let pixel = [pixel % 512, pixel / 512];
+                        let mut sampler = Sampler::of_kind(kind, 0, pixel, sample);
+                        for _ in 0..skip {
+                            sampler.get_2d();
+                        }
+                        let ([x, y], z) = (sampler.get_2d(), sampler.get_1d());
+                        let bin = |u: f32| (u * BINS as f32) as usize;
+                        counts[(bin(x) * BINS + bin(y)) * BINS + bin(z)] += 1.0;
                     }
-                    let ([x, y], z) = (sampler.get_2d(), sampler.get_1d());
-                    let bin = |u: f32| (u * BINS as f32) as usize;
-                    counts[(bin(x) * BINS + bin(y)) * BINS + bin(z)] += 1.0;
+                    let expected = N as f64 / counts.len() as f64;
+                    let chi2: f64 = counts
+                        .iter()
+                        .map(|c| (c - expected).powi(2) / expected)
+                        .sum();
+                    let freedom = (counts.len() - 1) as f64;
+                    let z = (chi2 - freedom) / (2.0 * freedom).sqrt();
+                    assert!(
+                        z.abs() < 5.0,
+                        "{kind:?}, sample {sample}, dimension {skip}: {z} sigma"
+                    );
                 }
-                let expected = N as f64 / counts.len() as f64;
-                let chi2: f64 = counts
-                    .iter()
-                    .map(|c| (c - expected).powi(2) / expected)
-                    .sum();
-                let freedom = (counts.len() - 1) as f64;
-                let z = (chi2 - freedom) / (2.0 * freedom).sqrt();
-                assert!(
-                    z.abs() < 5.0,
-                    "sample {sample}, dimension {skip}: {z} sigma"
-                );
             }
         }
     }

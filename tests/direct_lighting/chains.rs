@@ -43,7 +43,10 @@ fn mirrors_face_to_face_show_each_level_that_counts() {
 #[test]
 fn a_pane_shows_both_what_it_reflects_and_what_is_behind() {
     // A sheet seen head on from its vacuum side: reflectance ((η-1)/(η+1))², the rest compressed by 1/η².
-    let pane = disk(1.0, "Material \"glass\" \"float eta\" 1.5 Rotate 180 1 0 0");
+    let pane = disk(
+        -1.0,
+        "Material \"glass\" \"float eta\" 1.5 Rotate 180 1 0 0",
+    );
     let front = disk(-1.0, "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3]");
     let behind = disk(
         2.0,
@@ -63,7 +66,9 @@ fn n02_glass_in_glass_is_transparent_to_a_furnace() {
     // Nothing absorbs: whatever way light goes, it is 1; compression undoes itself on the way out.
     let balls: String = [1.0, 0.8, 0.6]
         .map(|radius| {
-            format!("Material \"glass\" \"float eta\" 1.3 Shape \"sphere\" \"float radius\" {radius}\n")
+            format!(
+                "Material \"glass\" \"float eta\" 1.3 Shape \"sphere\" \"float radius\" {radius}\n"
+            )
         })
         .concat();
     let world = environment([1.0; 3]) + &balls;
@@ -91,7 +96,10 @@ fn chains_agree_with_paths_where_these_can_do_nothing_else() {
         for (chains, paths) in chains.iter().zip(&paths) {
             chains.agrees_with_mean(paths).assert_accepted(integrator);
             // Chains that split show far less noise, sample for sample.
-            assert!(chains.standard_error < 3.0 * paths.standard_error, "{chains:?} {paths:?}");
+            assert!(
+                chains.standard_error < 3.0 * paths.standard_error,
+                "{chains:?} {paths:?}"
+            );
         }
     }
 }

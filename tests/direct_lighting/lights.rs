@@ -24,15 +24,11 @@ pub(crate) fn direct(integrator: &str, max_depth: u32, eye: V, toward: V, world:
 }
 
 fn floor(material: &str, lights: &str) -> String {
-    format!(
-        "AttributeBegin {material} Shape \"disk\" \"float radius\" 50 AttributeEnd\n{lights}"
-    )
+    format!("AttributeBegin {material} Shape \"disk\" \"float radius\" 50 AttributeEnd\n{lights}")
 }
 
 fn lamp(parameters: &str, rest: &str) -> String {
-    format!(
-        "AttributeBegin AreaLightSource \"diffuse\" {parameters} {rest} AttributeEnd\n"
-    )
+    format!("AttributeBegin AreaLightSource \"diffuse\" {parameters} {rest} AttributeEnd\n")
 }
 
 /// Lights of all kinds, with sample counts of their own.
@@ -99,21 +95,31 @@ fn more_samples_of_a_light_mean_less_noise_with_all_of_them() {
     let spread = |samples: u32| {
         let lamp = lamp(
             &format!("\"rgb L\" [1 1 1] \"integer samples\" {samples}"),
-            "Translate 0.3 0.35 0.5 Rotate 180 1 0 0 Shape \"disk\"",
+            "Translate 0.3 0.35 1 Rotate 180 1 0 0 Shape \"disk\"",
         );
         let world = floor("Material \"matte\"", &lamp);
         let scene = direct("directlighting all", 1, EYE, TOWARD, &world);
         Probe::new(&scene).means(4000)[0].standard_error
     };
     // Sixteen points of one stratified sequence: better than a quarter.
-    assert!(spread(16) < 0.25 * spread(1), "{} {}", spread(16), spread(1));
+    assert!(
+        spread(16) < 0.25 * spread(1),
+        "{} {}",
+        spread(16),
+        spread(1)
+    );
 }
 
 #[test]
 fn null_surfaces_are_looked_through_and_block_light() {
     let sheet = "AttributeBegin Material \"\" Translate 0 0 0.4 Shape \"disk\" \"float radius\" 60 AttributeEnd\n";
-    let sun = format!("LightSource \"distant\" \"rgb L\" [{PI} {PI} {PI}] \"point from\" [0 0 1] \"point to\" [0 0 0]\n");
-    let ball = lamp("\"rgb L\" [1 1 1]", "Translate 0 0 0.2 Shape \"sphere\" \"float radius\" 0.05");
+    let sun = format!(
+        "LightSource \"distant\" \"rgb L\" [{PI} {PI} {PI}] \"point from\" [0 0 1] \"point to\" [0 0 0]\n"
+    );
+    let ball = lamp(
+        "\"rgb L\" [10 10 10]",
+        "Translate 0 0 0.2 Shape \"sphere\" \"float radius\" 0.05",
+    );
     let white = "Material \"matte\" \"rgb Kd\" [1 1 1]";
     for integrator in DIRECT {
         // The camera is above the sheet, and so is the sun.
@@ -146,7 +152,9 @@ fn what_they_leave_out_is_told() {
     let told = |integrator: &str, world: &str| {
         let scene = format!("Integrator \"{integrator}\"\nWorldBegin\n{world}WorldEnd\n");
         let all = findings(&scene);
-        all.iter().filter(|(code, _)| code == "ignored-scattering").count()
+        all.iter()
+            .filter(|(code, _)| code == "ignored-scattering")
+            .count()
     };
     let lit = environment([1.0; 3]);
     let fog = format!(

@@ -11,7 +11,10 @@ const DOWN: V = [0.0, 0.0, -1.0];
 fn scene(parameters: &str, eye: V, toward: V, world: &str) -> String {
     let scene = seen_by("path", 1, eye, toward, world);
     let end = scene.find('\n').expect("the first line is the integrator");
-    format!("Integrator \"ambientocclusion\" {parameters}{}", &scene[end..])
+    format!(
+        "Integrator \"ambientocclusion\" {parameters}{}",
+        &scene[end..]
+    )
 }
 
 const FLOOR: &str = "Shape \"disk\" \"float radius\" 50\n";
