@@ -83,6 +83,8 @@ const MAX_CELLS: u32 = 1 << 30;
 pub struct Sampler {
     pixel_key: u64,
     sample: u32,
+    /// `sample` with its bits in reverse, as scrambling begins.
+    reversed: u32,
     /// Numbers and pairs drawn so far: each is a dimension of its own.
     dimension: u32,
     /// Coordinates of high-dimensional points drawn so far, where the kind has such.
@@ -104,6 +106,7 @@ impl Sampler {
         Self {
             pixel_key: mix_bits(mix_bits(seed ^ 0x6a09_e667_f3bc_c908) ^ pixel_bits),
             sample,
+            reversed: sample.reverse_bits(),
             dimension: 0,
             coordinate: 0,
             kind,
@@ -138,8 +141,8 @@ impl Sampler {
     /// The sample's point of the one-dimensional sequence of a key.
     #[inline]
     fn fraction(&mut self, key: u64) -> u32 {
-        if self.kind == SamplerKind::ZeroTwo {
-            let index = owen::scramble(self.sample, key as u32);
+        if matches!(self.kind, SamplerKind::ZeroTwo) {
+            let index = owen::scramble_reversed(self.reversed, key as u32);
             owen::scramble(owen::sobol_0(index), (key >> 32) as u32)
         } else {
             self.fraction_of_others(key)
@@ -149,7 +152,7 @@ impl Sampler {
     /// The sample's point of the two-dimensional sequence of a key.
     #[inline]
     fn fractions(&mut self, key: u64) -> [u32; 2] {
-        if self.kind == SamplerKind::ZeroTwo {
+        if matches!(self.kind, SamplerKind::ZeroTwo) {
             self.zero_two(key)
         } else {
             self.fractions_of_others(key)
@@ -158,7 +161,7 @@ impl Sampler {
 
     #[inline]
     fn zero_two(&self, key: u64) -> [u32; 2] {
-        let index = owen::scramble(self.sample, key as u32);
+        let index = owen::scramble_reversed(self.reversed, key as u32);
         let key = mix_bits(key);
         [
             owen::scramble(owen::sobol_0(index), key as u32),
@@ -167,6 +170,7 @@ impl Sampler {
     }
 
     /// Kept out of line, so that what most pictures need stays short.
+    #[cold]
     #[inline(never)]
     fn fraction_of_others(&mut self, key: u64) -> u32 {
         match self.kind {
@@ -186,6 +190,7 @@ impl Sampler {
         }
     }
 
+    #[cold]
     #[inline(never)]
     fn fractions_of_others(&mut self, key: u64) -> [u32; 2] {
         let low_high = |bits: u64| [bits as u32, (bits >> 32) as u32];
@@ -220,7 +225,7 @@ impl Sampler {
         }
         self.coordinate = first.wrapping_add(N as u32);
         let shuffle = mix_bits(self.pixel_key ^ mix_bits(!u64::from(first / LENGTH))) as u32;
-        let index = owen::scramble(self.sample, shuffle);
+        let index = owen::scramble_reversed(self.reversed, shuffle);
         std::array::from_fn(|k| {
             let coordinate = sobol::coordinate(index, (first % LENGTH) as usize + k);
             owen::scramble(coordinate, (keys[k] >> 32) as u32)
@@ -312,6 +317,7 @@ impl SampleArray {
         Sampler {
             pixel_key: self.start.pixel_key ^ turn,
             sample: index as u32,
+            reversed: (index as u32).reverse_bits(),
             ..self.start.clone()
         }
     }
