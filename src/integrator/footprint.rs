@@ -96,3 +96,86 @@ pub fn after_specular(
         below: leaving(&differential.below, ctx.dp_dy, ctx.duv_dy),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::{LightId, MaterialId, ObjectId};
+    use crate::math::{Frame, Point3, Transform};
+    use crate::scatter::specular::SmoothDielectric;
+    use crate::scatter::{Bsdf, Bxdf, TransportMode};
+    use crate::shape::quadric::{Form, Sphere};
+    use crate::shape::{Quadric, Shape};
+    use crate::spectrum::Rgb;
+    use crate::world::{Cutout, Geometry, World, WorldParts};
+
+    fn glass_ball() -> World {
+        let sphere = Sphere::new(1.0, -1.0, 1.0, std::f64::consts::TAU);
+        World::new(WorldParts {
+            geometries: vec![Geometry {
+                shape: Shape::Quadric(Quadric::new(
+                    Form::Sphere(sphere),
+                    Transform::IDENTITY,
+                    false,
+                )),
+                material: MaterialId::NONE,
+                media: None,
+                cutout: Cutout::default(),
+                first_light: LightId::NONE,
+                object: ObjectId::NONE,
+            }],
+            ..WorldParts::default()
+        })
+    }
+
+    /// Where a ray meets the ball, and the reflected and the refracted way from there.
+    fn ways(world: &World, ray: &Ray) -> (SurfacePoint, [SpecularPart; 2]) {
+        let hit = world.closest(ray, f32::INFINITY).expect("it hits");
+        let surface = world.surface(ray, &hit);
+        let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
+        bsdf.add(Bxdf::SmoothDielectric(SmoothDielectric {
+            kr: Rgb::ONE,
+            kt: Rgb::ONE,
+            eta: 1.5,
+        }));
+        let parts = bsdf.specular_parts(-ray.d, TransportMode::Radiance);
+        (surface, [parts[0], parts[1]])
+    }
+
+    #[test]
+    fn neighbours_leave_a_ball_as_if_they_were_traced() {
+        let world = glass_ball();
+        let step = 2e-3;
+        // From outside, and from inside below the critical angle.
+        for o in [Point3::new(0.5, 0.3, -4.0), Point3::new(0.2, 0.3, 0.0)] {
+            let ray = |dx: f32, dy: f32| Ray {
+                o,
+                d: Vec3::new(dx - 0.05, dy + 0.02, 1.0).normalize(),
+                time: 0.0,
+            };
+            let differential = RayDifferential {
+                right: ray(step, 0.0),
+                below: ray(0.0, step),
+            };
+            let (surface, parts) = ways(&world, &ray(0.0, 0.0));
+            let ctx = texture_context(&surface, Some(&differential));
+            for (way, part) in parts.iter().enumerate() {
+                let ns = Vec3::from(surface.ns);
+                let wo = -ray(0.0, 0.0).d;
+                let leaving = after_specular(&differential, &surface, &ctx, ns, wo, part);
+                for (of, neighbour) in [
+                    (leaving.right, differential.right),
+                    (leaving.below, differential.below),
+                ] {
+                    let (traced, traced_parts) = ways(&world, &neighbour);
+                    let moved = traced.p - surface.p;
+                    let turned = traced_parts[way].wi - part.wi;
+                    let off = [(of.o - surface.p) - moved, (of.d - part.wi) - turned];
+                    assert!(off[0].length() < 0.03 * moved.length(), "{way}: {off:?}");
+                    assert!(off[1].length() < 0.03 * turned.length(), "{way}: {off:?}");
+                }
+            }
+        }
+    }
+}
