@@ -13,7 +13,7 @@ mod scene;
 
 use std::path::{Path, PathBuf};
 
-use pictures::{BLOCK, Renders, read_reference, render_seeds, render_text_seeds};
+use pictures::{BLOCK, Renders, read_reference, render_seeds};
 use tyndall::compile::CompileOptions;
 use tyndall::image::{Image, PixelRect};
 
@@ -75,32 +75,10 @@ fn small_f15_4c_agrees() {
     assert_small_scene_agrees("cloud", "f15-4c");
 }
 
-/// A ball under elliptically filtered lines. Its surroundings only hide the sky from it, and light arrives directly, so
-/// that one bounce and any material of the ground will do.
+/// A ball under elliptically filtered lines.
 #[test]
 fn small_f10_1b_agrees_in_filtered_lines() {
-    let Some(shared) = shared() else { return };
-    let scene = shared.join("scenes/figures/f10-1b.small.pbrt");
-    let text = std::fs::read_to_string(&scene).expect("the scene is there");
-    let one_bounce = text.replace(
-        "Integrator \"directlighting\"",
-        "Integrator \"path\" \"integer maxdepth\" 1",
-    );
-    let ground = text.find("Material \"plastic\"").expect("the ground");
-    let place = text.find("Translate 0 0 -40").expect("its place");
-    let plastic = &text[ground..place];
-    let scene_text = one_bounce.replace(plastic, "Material \"matte\"\n");
-    let renders = render_text_seeds(
-        scene_text.into_bytes(),
-        &scene,
-        SEEDS,
-        &with_spp(64),
-        None,
-        REFERENCE_SPP,
-    );
-    let reference = read_reference(&shared.join("references/small/figures-f10-1b.exr"));
-    let found = renders.disagreements(&reference);
-    assert!(found.is_empty(), "{}", found.join("\n"));
+    assert_small_scene_agrees("figures", "f10-1b");
 }
 
 #[test]

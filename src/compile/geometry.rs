@@ -63,9 +63,17 @@ struct Surface {
     media: Option<MediumInterface>,
     /// Asked for where it emits.
     medium_outside: MediumId,
-    /// Radiance, and whether both sides emit.
-    emission: Option<(Rgb, bool)>,
+    /// If it emits.
+    emission: Option<Emission>,
     cutout: Cutout,
+}
+
+/// What the elements of an emitting shape have in common.
+#[derive(Clone, Copy)]
+struct Emission {
+    radiance: Rgb,
+    two_sided: bool,
+    n_samples: u32,
 }
 
 /// The arenas' builders.
@@ -448,7 +456,7 @@ fn add(
     let geometry = GeometryId::new(parts.geometries.len());
     let first_light = match surface.emission {
         None => LightId::NONE,
-        Some((radiance, two_sided)) => {
+        Some(emission) => {
             let first = LightId::new(parts.lights.len());
             parts
                 .lights
@@ -456,12 +464,13 @@ fn add(
                     Light::Area(AreaLight {
                         geometry,
                         element,
-                        radiance,
-                        two_sided,
+                        radiance: emission.radiance,
+                        two_sided: emission.two_sided,
                     })
                 }));
-            let medium = surface.medium_outside;
-            parts.light_media.resize(parts.lights.len(), medium);
+            let (n_lights, medium) = (parts.lights.len(), surface.medium_outside);
+            parts.light_media.resize(n_lights, medium);
+            parts.light_samples.resize(n_lights, emission.n_samples);
             first
         }
     };
@@ -480,7 +489,7 @@ impl Builders<'_> {
         &mut self,
         shape: &LocalShape,
         frame: &Frame,
-        area_lights: &mut [Option<Option<(Rgb, bool)>>],
+        area_lights: &mut [Option<Option<Emission>>],
         diagnostics: &mut Diagnostics,
     ) -> Surface {
         let entity = &shape.entity;
@@ -504,8 +513,8 @@ impl Builders<'_> {
             None => MediumId::NONE,
         };
         // What turns to whoever looks at it has no back.
-        if let (Some((_, two_sided)), Local::Curves(source)) = (&mut emission, &shape.local) {
-            *two_sided |= source.style != CurveStyle::Ribbon;
+        if let (Some(emission), Local::Curves(source)) = (&mut emission, &shape.local) {
+            emission.two_sided |= source.style != CurveStyle::Ribbon;
         }
         Surface {
             material,
@@ -535,12 +544,12 @@ impl Builders<'_> {
     }
 }
 
-/// Radiance of an area light, and whether both sides emit; `None` if it is black.
+/// What an area light is; `None` if it is black.
 fn area_light(
     entity: &Entity,
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
-) -> Option<(Rgb, bool)> {
+) -> Option<Emission> {
     let plugin = lookup(
         Family::AreaLight,
         &entity.kind,
@@ -551,7 +560,12 @@ fn area_light(
     let mut p = ParamReader::new(plugin, entity, diagnostics);
     let two_sided = p.bool("twosided");
     p.finish();
-    Some((radiance?, two_sided))
+    let n_samples = lights::n_samples(Family::AreaLight, entity, diagnostics);
+    Some(Emission {
+        radiance: radiance?,
+        two_sided,
+        n_samples,
+    })
 }
 
 /// Scales within this of 1 are what composing rotations leaves.

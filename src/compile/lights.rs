@@ -36,7 +36,12 @@ pub(super) fn build(
         let Some(light) = light(entity, space, assets, diagnostics) else {
             continue;
         };
+        let n_samples = match &light {
+            Light::Infinite(_) => n_samples(Family::Light, &entity.entity, diagnostics),
+            _ => 1,
+        };
         parts.lights.push(light);
+        parts.light_samples.resize(parts.lights.len(), n_samples);
         let medium = entity
             .medium
             .map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
@@ -67,6 +72,13 @@ pub(super) fn radiance(
     }
     // Negative channels of saturated spectra stay: they are part of the light until the pixel is cut at 0.
     Some(product).filter(|rgb| rgb.max_component() > 0.0)
+}
+
+/// How often `directlighting` samples a light that has an extent.
+pub(super) fn n_samples(family: Family, entity: &Entity, diagnostics: &mut Diagnostics) -> u32 {
+    let plugin = family.lookup(&entity.kind).ok();
+    let count = plugin.map(|plugin| ParamReader::new(plugin, entity, diagnostics).int("samples"));
+    count.map_or(1, |n| u32::try_from(n).unwrap_or(1).max(1))
 }
 
 fn light(

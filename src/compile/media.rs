@@ -26,6 +26,8 @@ pub(super) struct Media<'a> {
     assets: &'a dyn Assets,
     /// Whether the integrator heeds media at all.
     needed: bool,
+    /// Something refers to a medium, which is not needed.
+    is_ignored: bool,
 }
 
 impl<'a> Media<'a> {
@@ -47,6 +49,7 @@ impl<'a> Media<'a> {
             space: *space,
             assets,
             needed,
+            is_ignored: false,
         }
     }
 
@@ -54,6 +57,7 @@ impl<'a> Media<'a> {
     pub(super) fn id(&mut self, medium: MediumRef, diagnostics: &mut Diagnostics) -> MediumId {
         let index = medium.0 as usize;
         if !self.needed {
+            self.is_ignored = true;
             return MediumId::NONE;
         }
         if let Some(id) = self.ids[index] {
@@ -71,6 +75,11 @@ impl<'a> Media<'a> {
         };
         self.ids[index] = Some(id);
         id
+    }
+
+    /// Whether there are media that the integrator does not heed.
+    pub(super) fn is_ignored(&self) -> bool {
+        self.is_ignored
     }
 
     pub(super) fn skipped(&self) -> usize {

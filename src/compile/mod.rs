@@ -25,6 +25,7 @@ use tyndall_parser::source::Spanned;
 use crate::describe::description::Frame;
 use crate::ids::MediumId;
 use crate::image::PixelRect;
+use crate::integrator::Integrator;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
@@ -123,7 +124,8 @@ fn build(
         &mut parts,
         diagnostics,
     );
-    if parts.lights.is_empty() {
+    let needs_light = !matches!(integrator.integrator, Integrator::AmbientOcclusion(_));
+    if parts.lights.is_empty() && needs_light {
         diagnostics.push(
             Diagnostic::warning("no-lights", frame.span, "the scene has no lights")
                 .with_help("the picture will be black"),
@@ -144,7 +146,33 @@ fn build(
     };
     parts.materials = materials.finish();
     parts.textures = textures.finish();
+    let ignores_media = media.is_ignored();
     parts.media = media.finish();
+    let kind = &frame.integrator.kind;
+    let name = integrator.name;
+    let mut warn_of_ignored = |what: &str, instead: &str| {
+        diagnostics.push(
+            Diagnostic::warning(
+                "ignored-scattering",
+                kind.span,
+                format!("\"{name}\" ignores {what}"),
+            )
+            .with_help(format!("{instead} renders it")),
+        );
+    };
+    if ignores_media {
+        warn_of_ignored("the media of the scene", "\"volpath\"");
+    }
+    let spreads_light = matches!(
+        integrator.integrator,
+        Integrator::Path(_) | Integrator::VolPath(_)
+    );
+    if !spreads_light && parts.materials.let_light_in() {
+        warn_of_ignored(
+            "the light that spreads below surfaces",
+            "\"path\" or \"volpath\"",
+        );
+    }
     let job = Job {
         world: World::new(parts),
         camera: camera.place(&space),
@@ -154,6 +182,7 @@ fn build(
         spp: integrator.spp.unwrap_or(samples.spp),
         seed: options.seed,
         pixel_centers: samples.pixel_centers,
+        sampler: samples.sampler,
     };
     Some(Compiled {
         job,

@@ -8,7 +8,8 @@ use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
-use crate::integrator::{Integrator, Path, Sppm};
+use crate::integrator::{AmbientOcclusion, Direct, Integrator, LightSampling, Path, Sppm};
+use crate::sampler::SamplerKind;
 use crate::world::LightStrategy;
 
 /// A quick look divides the resolution by this.
@@ -149,9 +150,10 @@ fn filter(frame: &Frame, diagnostics: &mut Diagnostics) -> Option<FilterTable> {
 pub(super) struct SampleOptions {
     pub(super) spp: u32,
     pub(super) pixel_centers: bool,
+    pub(super) sampler: SamplerKind,
 }
 
-/// Sample count of the sampler. One scrambled low-discrepancy sequence serves under all the names.
+/// Kind and count of samples. The count may be overridden: a grid then has as many cells as samples, or a few more.
 pub(super) fn samples(
     frame: &Frame,
     options: &CompileOptions,
@@ -165,27 +167,15 @@ pub(super) fn samples(
     )?;
     let mut p = ParamReader::new(plugin, &frame.sampler, diagnostics);
     let name = plugin.schema.name;
-    let mut pixel_centers = false;
-    let count = match name {
-        "stratified" => {
-            let (x, y) = (p.int("xsamples"), p.int("ysamples"));
-            if !p.bool("jitter") {
-                let span = p.span("jitter");
-                p.report(unsupported(
-                    "\"jitter\" off",
-                    span,
-                    "jittered samples are used",
-                ));
-            }
-            x.saturating_mul(y)
-        }
-        "halton" => {
-            pixel_centers = p.bool("samplepixelcenter");
-            p.int("pixelsamples")
-        }
-        _ => p.int("pixelsamples"),
+    let pixel_centers = name == "halton" && p.bool("samplepixelcenter");
+    let at_least_1 = |n: i32| u32::try_from(n).unwrap_or(1).max(1);
+    let (cells, jitter, mut spp) = if name == "stratified" {
+        let [x, y] = ["xsamples", "ysamples"].map(|side| p.int(side));
+        let cells = [x, y].map(at_least_1);
+        (cells, p.bool("jitter"), at_least_1(x.saturating_mul(y)))
+    } else {
+        ([1; 2], true, at_least_1(p.int("pixelsamples")))
     };
-    let mut spp = u32::try_from(count).unwrap_or(1).max(1);
     if matches!(name, "sobol" | "lowdiscrepancy" | "maxmindist") && !spp.is_power_of_two() {
         let rounded = spp.checked_next_power_of_two().unwrap_or(1 << 31);
         let span = p.span("pixelsamples");
@@ -197,9 +187,24 @@ pub(super) fn samples(
     if options.quick && name != "random" {
         spp = 1;
     }
+    let spp = options.spp.unwrap_or(spp).max(1);
+    let sampler = match name {
+        "halton" => SamplerKind::Halton,
+        "sobol" => SamplerKind::Sobol,
+        "maxmindist" => SamplerKind::max_min_dist(spp),
+        "random" => SamplerKind::Random,
+        "stratified" if cells[0].checked_mul(cells[1]) == Some(spp) => SamplerKind::Stratified {
+            nx: cells[0],
+            ny: cells[1],
+            jitter,
+        },
+        "stratified" => SamplerKind::grid(spp, jitter),
+        _ => SamplerKind::ZeroTwo,
+    };
     Some(SampleOptions {
-        spp: options.spp.unwrap_or(spp).max(1),
+        spp,
         pixel_centers,
+        sampler,
     })
 }
 
@@ -238,20 +243,46 @@ pub(super) fn integrator(
         let p = ParamReader::new(plugin, &frame.integrator, diagnostics);
         return Some(photon_mapping(name, p, options));
     }
-    if !matches!(name, "path" | "volpath") {
+    if matches!(name, "bdpt" | "mlt") {
         let what = format!("the integrator \"{name}\"");
         diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
         return None;
     }
     let mut p = ParamReader::new(plugin, &frame.integrator, diagnostics);
-    let path = Path {
-        max_depth: u32::try_from(p.int("maxdepth")).unwrap_or(0),
-        rr_threshold: p.float("rrthreshold"),
-    };
-    let light_strategy = match p.choice("lightsamplestrategy") {
-        "uniform" => LightStrategy::Uniform,
-        "power" => LightStrategy::Power,
-        _ => LightStrategy::Spatial,
+    let count = |n: i32| u32::try_from(n).unwrap_or(0);
+    let mut light_strategy = LightStrategy::Spatial;
+    let integrator = match name {
+        "whitted" => Integrator::Direct(Direct {
+            max_depth: count(p.int("maxdepth")),
+            lights: LightSampling::Each,
+        }),
+        "directlighting" => Integrator::Direct(Direct {
+            max_depth: count(p.int("maxdepth")),
+            lights: match p.choice("strategy") {
+                "one" => LightSampling::One,
+                _ => LightSampling::All,
+            },
+        }),
+        "ambientocclusion" => Integrator::AmbientOcclusion(AmbientOcclusion {
+            n_samples: count(p.int("nsamples")).max(1),
+            by_cosine: p.bool("cossample"),
+        }),
+        _ => {
+            let path = Path {
+                max_depth: count(p.int("maxdepth")),
+                rr_threshold: p.float("rrthreshold"),
+            };
+            light_strategy = match p.choice("lightsamplestrategy") {
+                "uniform" => LightStrategy::Uniform,
+                "power" => LightStrategy::Power,
+                _ => LightStrategy::Spatial,
+            };
+            if name == "volpath" {
+                Integrator::VolPath(path)
+            } else {
+                Integrator::Path(path)
+            }
+        }
     };
     let pixel_bounds = p.ints::<4>("pixelbounds").map(|[x0, x1, y0, y1]| {
         let length = |a: i32, b: i32| usize::try_from(b as i64 - a as i64).unwrap_or(0);
@@ -263,16 +294,10 @@ pub(super) fn integrator(
         }
     });
     p.finish();
-    let volumetric = name == "volpath";
-    let integrator = if volumetric {
-        Integrator::VolPath(path)
-    } else {
-        Integrator::Path(path)
-    };
     Some(IntegratorOptions {
+        volumetric: matches!(integrator, Integrator::VolPath(_)),
         integrator,
         name,
-        volumetric,
         light_strategy,
         pixel_bounds,
         spp: None,

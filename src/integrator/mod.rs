@@ -1,15 +1,20 @@
 //! Light transport: the radiance along a camera ray. Knows the world; knows no film, no files, no threads.
 
+pub mod ambient_occlusion;
+pub mod direct;
 pub mod footprint;
 pub mod path;
 pub mod sppm;
 pub mod subsurface;
+mod visible;
 
 use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 use crate::world::World;
+pub use ambient_occlusion::AmbientOcclusion;
+pub use direct::{Direct, LightSampling};
 pub use path::Path;
 pub use sppm::Sppm;
 
@@ -22,6 +27,10 @@ pub enum Integrator {
     VolPath(Path),
     /// Surfaces only, light from lights in photons; media are ignored.
     Sppm(Sppm),
+    /// Direct light, seen in mirrors and through glass; media are ignored.
+    Direct(Direct),
+    /// How open the hemisphere is.
+    AmbientOcclusion(AmbientOcclusion),
 }
 
 /// Events of the inner loop, counted by each worker and added up at the end.
@@ -75,6 +84,8 @@ impl Integrator {
                 let path = sppm.camera_path(world, ray, differential, sampler, counters);
                 path.radiance
             }
+            Self::Direct(direct) => direct.li(world, ray, differential, sampler, counters),
+            Self::AmbientOcclusion(ambient) => ambient.li(world, ray, sampler, counters),
         }
     }
 }

@@ -247,6 +247,13 @@ impl Materials {
         }
     }
 
+    /// Whether any material is one of those made for light that spreads below surfaces.
+    pub fn let_light_in(&self) -> bool {
+        let lets_in =
+            |m: &Material| matches!(m.model, Model::Subsurface(_) | Model::KdSubsurface(_));
+        self.list.iter().any(lets_in)
+    }
+
     /// Whether any input of any material needs the footprint of the camera's pixel.
     pub fn need_footprint(&self, textures: &Textures) -> bool {
         self.list.iter().any(|material| {

@@ -12,7 +12,7 @@ use crate::camera::{Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
 use crate::integrator::{Counters, Integrator};
-use crate::sampler::Sampler;
+use crate::sampler::{Sampler, SamplerKind};
 use crate::spectrum::Rgb;
 use crate::world::World;
 
@@ -38,6 +38,8 @@ pub struct Job {
     pub spp: u32,
     /// Seed of all random numbers.
     pub seed: u64,
+    /// How the samples of a pixel are laid out.
+    pub sampler: SamplerKind,
     /// Draw film positions at pixel centres only.
     pub pixel_centers: bool,
     /// Pixels that receive samples; `None` for all.
@@ -278,7 +280,7 @@ fn render_sample(
     film: &mut FilmBlock,
     counters: &mut Counters,
 ) -> bool {
-    let mut sampler = Sampler::new(job.seed, pixel, sample);
+    let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
     let mut u = sampler.get_2d();
     if job.pixel_centers {
         u = [0.5; 2];

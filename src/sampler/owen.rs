@@ -26,7 +26,12 @@ pub fn sobol_1(index: u32) -> u32 {
 /// Laine and Karras 2011 with the improved constants of Vegdahl 2021, on reversed bits (Burley 2020, JCGT 9:4).
 #[inline]
 pub fn scramble(v: u32, seed: u32) -> u32 {
-    let mut v = v.reverse_bits();
+    scramble_reversed(v.reverse_bits(), seed)
+}
+
+/// The same for a fraction whose bits come in reverse.
+#[inline]
+pub fn scramble_reversed(mut v: u32, seed: u32) -> u32 {
     v ^= v.wrapping_mul(0x3d20_adea);
     v = v.wrapping_add(seed);
     v = v.wrapping_mul((seed >> 16) | 1);

@@ -48,6 +48,18 @@ pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
 /// Density of [`uniform_sphere`] in sr⁻¹.
 pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 
+/// A direction of the upper hemisphere (+z) with density 1/(2π).
+#[inline]
+pub fn uniform_hemisphere(u: [f32; 2]) -> Vec3 {
+    let z = 1.0 - u[0];
+    let r = (u[0] * (2.0 - u[0])).sqrt(); // sin θ without 1 − z².
+    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+    Vec3::new(r * cos, r * sin, z)
+}
+
+/// Density of [`uniform_hemisphere`] in sr⁻¹.
+pub const UNIFORM_HEMISPHERE_PDF: f32 = 0.5 * FRAC_1_PI;
+
 /// Barycentric coordinates (b0, b1) of a triangle, area-uniform.
 #[inline]
 pub fn uniform_triangle(u: [f32; 2]) -> [f32; 2] {

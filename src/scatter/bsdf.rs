@@ -13,7 +13,9 @@ use crate::scatter::hair::Hair;
 use crate::scatter::rough_dielectric::RoughDielectric;
 use crate::scatter::rough_reflection::RoughReflection;
 use crate::scatter::same_hemisphere;
-use crate::scatter::specular::{Mirror, PassThrough, SmoothDielectric, SpecularSample};
+use crate::scatter::specular::{
+    Mirror, PassThrough, SmoothDielectric, SpecularPart, SpecularSample,
+};
 use crate::spectrum::Rgb;
 
 /// What travels along the path: radiance from lights, or importance from the camera.
@@ -204,6 +206,24 @@ impl Bxdf<'_> {
             Self::Clearcoat(lobe) => lobe.sample(wo, u).map(Smooth),
         }
     }
+
+    /// All that a specular lobe sends on; nothing of others.
+    fn specular_parts(&self, wo: Vec3, mode: TransportMode) -> [Option<SpecularPart>; 2] {
+        let only = |sample: SpecularSample, refraction: Option<f32>| {
+            let part = SpecularPart {
+                wi: sample.wi,
+                weight: sample.weight,
+                refraction,
+            };
+            [Some(part), None]
+        };
+        match self {
+            Self::Mirror(lobe) => only(lobe.sample(wo), None),
+            Self::PassThrough(lobe) => only(lobe.sample(wo), Some(1.0)),
+            Self::SmoothDielectric(lobe) => lobe.parts(wo, mode),
+            _ => [None; 2],
+        }
+    }
 }
 
 /// A direction drawn from one lobe, in the shading frame.
@@ -244,6 +264,8 @@ fn choose(chances: &Chances, u: f32) -> (usize, f32) {
     // By rounding beyond the last share.
     (chances.len() - 1, ONE_MINUS_EPSILON)
 }
+/// Most ways that specular lobes leave open: one mirrored direction, and for each lobe one that goes through.
+pub const MAX_SPECULAR_PARTS: usize = MAX_LOBES + 1;
 
 /// All lobes at a surface point.
 #[derive(Clone, Debug)]
@@ -478,6 +500,33 @@ impl<'a> Bsdf<'a> {
                 })
             }
         }
+    }
+
+    /// All that specular lobes send on, in render space, once for each direction.
+    pub fn specular_parts(
+        &self,
+        wo: Vec3,
+        mode: TransportMode,
+    ) -> ArrayVec<SpecularPart, MAX_SPECULAR_PARTS> {
+        let mut parts = ArrayVec::<SpecularPart, MAX_SPECULAR_PARTS>::new();
+        let wo_local = self.frame.to_local(wo);
+        if wo_local.z() == 0.0 {
+            return parts;
+        }
+        for lobe in &self.lobes {
+            let of_lobe = lobe.bxdf.specular_parts(wo_local, mode);
+            for part in of_lobe.into_iter().flatten() {
+                let weight = part.weight * lobe.scale;
+                match parts.iter_mut().find(|known| known.wi == part.wi) {
+                    Some(known) => known.weight += weight,
+                    None => parts.push(SpecularPart { weight, ..part }),
+                }
+            }
+        }
+        for part in &mut parts {
+            part.wi = self.frame.to_world(part.wi);
+        }
+        parts
     }
 
     fn eta_scale(&self, wo: Vec3) -> f32 {

@@ -21,6 +21,7 @@ pub mod specular;
 pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Sides, TransportMode};
 pub use bssrdf::Bssrdf;
 pub use phase::HenyeyGreenstein;
+pub use specular::SpecularPart;
 
 use crate::math::Vec3;
 

@@ -16,6 +16,17 @@ pub struct SpecularSample {
     pub transmitted: bool,
 }
 
+/// One of the ways a smooth interface leaves open.
+#[derive(Clone, Copy, Debug)]
+pub struct SpecularPart {
+    /// Direction, in the same frame as that it came from.
+    pub wi: Vec3,
+    /// The part of the light from there that goes on: f |cos|.
+    pub weight: Rgb,
+    /// For what goes through: index of refraction on the side it came from, relative to the other; 1 straight ahead.
+    pub refraction: Option<f32>,
+}
+
 /// Mirror reflection without Fresnel factor.
 #[derive(Clone, Copy, Debug)]
 pub struct Mirror {
@@ -87,21 +98,45 @@ impl SmoothDielectric {
                 transmitted: false,
             });
         }
-        let entering = wo.z() > 0.0;
-        let eta = if entering { 1.0 / self.eta } else { self.eta };
-        let n = Vec3::new(0.0, 0.0, if entering { 1.0 } else { -1.0 });
-        let wi = fresnel::refract(wo, n, eta)?;
-        // Radiance is compressed into the cone of the denser side (pbrt 3rd ed., section 16.1.3).
-        let compression = if mode == TransportMode::Radiance {
-            eta * eta
-        } else {
-            1.0
-        };
-        let weight = refracted * (compression / (1.0 - p_reflect));
+        let (wi, eta) = self.refract(wo)?;
+        let weight = refracted * (compression(eta, mode) / (1.0 - p_reflect));
         Some(SpecularSample {
             wi,
             weight,
             transmitted: true,
         })
+    }
+
+    /// What is reflected and what is refracted.
+    pub fn parts(&self, wo: Vec3, mode: TransportMode) -> [Option<SpecularPart>; 2] {
+        let reflectance = fresnel::dielectric(wo.z(), 1.0, self.eta);
+        let reflected = SpecularPart {
+            wi: Vec3::new(-wo.x(), -wo.y(), wo.z()),
+            weight: self.kr * reflectance,
+            refraction: None,
+        };
+        let refracted = self.refract(wo).map(|(wi, eta)| SpecularPart {
+            wi,
+            weight: self.kt * ((1.0 - reflectance) * compression(eta, mode)),
+            refraction: Some(eta),
+        });
+        [Some(reflected), refracted]
+    }
+
+    /// The refracted direction and the index of refraction on the side of `wo`, relative to the other.
+    fn refract(&self, wo: Vec3) -> Option<(Vec3, f32)> {
+        let entering = wo.z() > 0.0;
+        let eta = if entering { 1.0 / self.eta } else { self.eta };
+        let n = Vec3::new(0.0, 0.0, if entering { 1.0 } else { -1.0 });
+        Some((fresnel::refract(wo, n, eta)?, eta))
+    }
+}
+
+/// Radiance is compressed into the cone of the denser side (pbrt 3rd ed., section 16.1.3).
+fn compression(eta: f32, mode: TransportMode) -> f32 {
+    if mode == TransportMode::Radiance {
+        eta * eta
+    } else {
+        1.0
     }
 }

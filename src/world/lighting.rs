@@ -85,6 +85,12 @@ impl World {
         &self.lights[id.index()]
     }
 
+    /// How often a light is sampled where every light is; at least 1.
+    #[inline]
+    pub fn light_samples(&self, id: LightId) -> u32 {
+        self.light_samples.get(id.index()).map_or(1, |&n| n.max(1))
+    }
+
     /// Chooses a light for a receiver by `u` in [0, 1): the light and its probability, positive. `None` when there
     /// are no lights.
     #[inline]
@@ -275,6 +281,13 @@ impl World {
         })
     }
 
+    /// Whether any surface, null surfaces included, stands anywhere on a ray and casts a shadow.
+    pub fn is_blocked(&self, ray: &Ray) -> bool {
+        self.any_where(ray, f32::INFINITY, |target, at| {
+            !self.casts_no_shadow(target, at, ray)
+        })
+    }
+
     /// Unbiased estimate of the part of the light that arrives through media and null surfaces, for a receiver in
     /// `medium`. Adds the rays it traced to `n_rays`.
     pub fn transmittance(
@@ -310,9 +323,14 @@ impl World {
         surface: &SurfacePoint,
         at: &Receiver,
     ) -> f32 {
+        self.pdf_toward_hit(hit, surface, at) * self.light_pmf(at, light)
+    }
+
+    /// Density with which [`World::sample_on_light`] draws, for a receiver, the point of an area light that was hit,
+    /// if the light is certain.
+    pub fn pdf_toward_hit(&self, hit: &Hit, surface: &SurfacePoint, at: &Receiver) -> f32 {
         let shape = &self.geometry(hit.target.geometry).shape;
         shape.pdf_toward(hit.target.element, at.p, surface.p, surface.ng)
-            * self.light_pmf(at, light)
     }
 
     /// Radiance of the infinite lights from the unit direction `w`.
@@ -333,8 +351,9 @@ impl World {
             .sum()
     }
 
+    /// The lights that surround the scene.
     #[inline]
-    fn infinite_lights(&self) -> impl Iterator<Item = (LightId, &InfiniteLight)> {
+    pub fn infinite_lights(&self) -> impl Iterator<Item = (LightId, &InfiniteLight)> {
         self.infinite_lights
             .iter()
             .filter_map(|&id| match &self.lights[id.index()] {

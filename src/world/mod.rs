@@ -121,6 +121,8 @@ pub struct WorldParts {
     pub lights: Vec<Light>,
     /// The medium each light shines into, unless its surface separates two; `NONE` for lights beyond the last.
     pub light_media: Vec<MediumId>,
+    /// How often each light is sampled where every light is; once those beyond the last.
+    pub light_samples: Vec<u32>,
     /// Medium around the camera.
     pub camera_medium: MediumId,
     /// How a light is chosen.
@@ -137,6 +139,7 @@ pub struct World {
     bounded_media: Vec<bool>,
     lights: Vec<Light>,
     light_media: Vec<MediumId>,
+    light_samples: Vec<u32>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
     camera_medium: MediumId,
@@ -207,6 +210,7 @@ impl World {
             bounded_media,
             lights: parts.lights,
             light_media: parts.light_media,
+            light_samples: parts.light_samples,
             infinite_lights,
             light_selection: LightSelection::default(),
             camera_medium: parts.camera_medium,

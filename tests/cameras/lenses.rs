@@ -442,7 +442,7 @@ fn differentials_see_one_pixel_of_the_plane_in_focus() {
 fn row_65_a_picture_of_a_uniform_sky_darkens_with_the_pupil() {
     let scene = format!(
         "Film \"image\" \"float diagonal\" 43.3 \"integer xresolution\" 12 \"integer yresolution\" 8\n\
-         PixelFilter \"box\" Sampler \"random\" \"integer pixelsamples\" 16384\n\
+         PixelFilter \"box\" Sampler \"lowdiscrepancy\" \"integer pixelsamples\" 16384\n\
          Camera \"realistic\" \"string lensfile\" \"lens.dat\" {OPEN}\n\
          WorldBegin LightSource \"infinite\" WorldEnd"
     );

@@ -99,7 +99,7 @@ fn ball_in_the_furnace(material: &str) -> Mean {
         .replace("\"perspective\"", "\"perspective\" \"float fov\" 40");
     let text = format!(
         "Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16\n\
-         PixelFilter \"box\" Sampler \"random\" \"integer pixelsamples\" 64\n{scene}"
+         PixelFilter \"box\" Sampler \"lowdiscrepancy\" \"integer pixelsamples\" 64\n{scene}"
     );
     let mut job = compile_scene(text, &CompileOptions::default(), |_| None).job;
     let mut seed = 0;

@@ -19,7 +19,7 @@ fn lit(world: &str) -> String {
     format!(
         "LookAt 0.13 0.21 -5  0.15 0.18 -4  0 1 0\n\
          Camera \"perspective\" \"float fov\" 1\n\
-         Sampler \"random\" \"integer pixelsamples\" 1\n\
+         Sampler \"lowdiscrepancy\" \"integer pixelsamples\" 1\n\
          Integrator \"path\" \"integer maxdepth\" 100\n\
          WorldBegin\nLightSource \"infinite\" \"rgb L\" [1 1 1]\n{world}\nWorldEnd\n"
     )

@@ -26,7 +26,7 @@ const FILTERS: [&str; 8] = [
 fn job(filter: &str, world: &str) -> Job {
     let text = format!(
         "Film \"image\" \"integer xresolution\" 9 \"integer yresolution\" 7\nPixelFilter {filter}\n\
-         Sampler \"random\" \"integer pixelsamples\" 64\n"
+         Sampler \"lowdiscrepancy\" \"integer pixelsamples\" 64\n"
     ) + &seen_by("path", 2, [0.0, 0.0, -5.0], [0.0, 0.0, 1.0], world);
     compile_scene(text, &CompileOptions::default(), |_| None).job
 }

@@ -1,0 +1,14 @@
+//! `whitted`, `directlighting` and `ambientocclusion` against closed forms and against the path tracer.
+
+#[path = "../common/findings.rs"]
+mod findings;
+#[path = "../common/probe.rs"]
+mod probe;
+#[path = "../common/scene.rs"]
+mod scene;
+#[path = "../common/seen.rs"]
+mod seen;
+
+mod chains;
+mod lights;
+mod occlusion;
