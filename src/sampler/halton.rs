@@ -2,8 +2,9 @@
 
 use crate::sampling::rng::mix_bits;
 
-/// Bases, one for each dimension. Later dimensions need ever more points before they are any better than chance.
-pub(super) const PRIMES: [u32; 16] = [2, 3, 5, 7, 11, 13, 17, 19, 23, 29, 31, 37, 41, 43, 47, 53];
+/// Bases, one for each dimension: those of film, time and lens. Points in larger bases need hundreds of samples before
+/// two dimensions of them are any better than chance.
+pub(super) const PRIMES: [u32; 5] = [2, 3, 5, 7, 11];
 
 /// Intervals this small hold one point at most until there are that many points.
 const FINEST: f64 = 1.0 / 65536.0;

@@ -5,7 +5,7 @@
 //! |---|---|
 //! | `02sequence`, `lowdiscrepancy` | a (0,2)-sequence for each number or pair drawn, Owen-scrambled and shuffled |
 //! | `sobol` | Sobol' points in 16 dimensions, Owen-scrambled; the next 16 are shuffled anew |
-//! | `halton` | Halton points in 16 dimensions, scrambled by digits; then as `02sequence` |
+//! | `halton` | Halton points in 5 dimensions (film, time, lens), scrambled by digits; then as `02sequence` |
 //! | `maxmindist` | the film positions keep the largest distance from each other; the rest as `02sequence` |
 //! | `stratified` | one in each cell of a grid, or the centres of the cells with `jitter` off |
 //! | `random` | independent |
@@ -32,7 +32,7 @@ pub enum SamplerKind {
     ZeroTwo,
     /// Sobol' points, in blocks of 16 dimensions.
     Sobol,
-    /// Halton points in the first 16 dimensions, padded pairs beyond.
+    /// Halton points in the first 5 dimensions, padded pairs beyond.
     Halton,
     /// The first pair of dimensions is a net of 2^`log2` points that are far from each other, the others are padded.
     MaxMinDist {
