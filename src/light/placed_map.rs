@@ -38,14 +38,14 @@ impl Placement {
 
     /// The unit direction of light space.
     #[inline]
-    pub(super) fn to_light(&self, w: Vec3) -> Vec3A {
+    pub(super) fn light_direction(&self, w: Vec3) -> Vec3A {
         (self.light_from_render * w.0).normalize()
     }
 
     /// dω(light) / dω(render) at a unit direction of light space: what densities are multiplied by; 1 for a rotation.
     #[inline]
     pub(super) fn jacobian(&self, in_light: Vec3A) -> f32 {
-        self.to_render(in_light).1
+        self.render_direction(in_light).1
     }
 
     /// A bound in render space, in radians, of angles up to `angle` from an axis of light space.
@@ -59,7 +59,7 @@ impl Placement {
 
     /// The unit direction of render space, and dω(light) / dω(render) there.
     #[inline]
-    pub(super) fn to_render(&self, in_light: Vec3A) -> (Vec3, f32) {
+    pub(super) fn render_direction(&self, in_light: Vec3A) -> (Vec3, f32) {
         let stretched = self.render_from_light * in_light;
         let length2 = stretched.length_squared();
         let jacobian = length2 * length2.sqrt() / self.determinant;
@@ -86,13 +86,13 @@ impl PlacedMap {
     /// Value in the unit direction `w` of render space.
     #[inline]
     pub(super) fn value(&self, w: Vec3) -> Rgb {
-        self.map.radiance(self.placement.to_light(w))
+        self.map.radiance(self.placement.light_direction(w))
     }
 
     /// Value in the unit direction `w`, and the density of [`PlacedMap::sample`] there in sr⁻¹.
     #[inline]
     pub(super) fn value_and_pdf(&self, w: Vec3) -> (Rgb, f32) {
-        let in_map = self.placement.to_light(w);
+        let in_map = self.placement.light_direction(w);
         let (value, pdf_w) = self.map.radiance_and_pdf(in_map);
         (value, pdf_w * self.placement.jacobian(in_map))
     }
@@ -101,7 +101,7 @@ impl PlacedMap {
     #[inline]
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, f32)> {
         let drawn = self.map.sample(u)?;
-        let (w, jacobian) = self.placement.to_render(drawn.direction);
+        let (w, jacobian) = self.placement.render_direction(drawn.direction);
         let pdf_w = drawn.pdf_w * jacobian;
         (pdf_w > 0.0).then_some((w, drawn.radiance, pdf_w))
     }

@@ -91,7 +91,7 @@ impl ProjectionLight {
     /// Radiant intensity in the unit direction `w` of render space, away from the light.
     #[inline]
     pub fn intensity(&self, w: Vec3) -> Rgb {
-        match self.place(self.placement.to_light(w)) {
+        match self.place(self.placement.light_direction(w)) {
             Some(st) => self.intensity * self.map.bilinear::<Rgb>(0, st),
             None => Rgb::BLACK,
         }
@@ -110,7 +110,7 @@ impl ProjectionLight {
         let size = Vec2::new(level.width() as f32, level.height() as f32);
         let st = Vec2::new(column as f32 + x, row as f32 + y) / size;
         let on_plane = ((st * 2.0 - 1.0) * self.half).extend(1.0);
-        let (w, jacobian) = self.placement.to_render(Vec3A::from(on_plane.normalize()));
+        let (w, jacobian) = self.placement.render_direction(Vec3A::from(on_plane.normalize()));
         let pdf_plane = self.table.pdf_plane[row * level.width() + column];
         let pdf_w = pdf_plane * on_plane.length().powi(3) * jacobian;
         (pdf_w > 0.0).then(|| (w, self.intensity * self.map.bilinear::<Rgb>(0, st), pdf_w))
@@ -118,7 +118,7 @@ impl ProjectionLight {
 
     /// Density of [`ProjectionLight::sample_direction`] in sr⁻¹.
     pub fn pdf_direction(&self, w: Vec3) -> f32 {
-        let in_light = self.placement.to_light(w);
+        let in_light = self.placement.light_direction(w);
         let Some(st) = self.place(in_light) else {
             return 0.0;
         };
@@ -138,7 +138,7 @@ impl ProjectionLight {
 
     /// Unit axis in render space, and the half angle of a cone around it that holds all light, in radians.
     pub fn cone(&self) -> (Vec3, f32) {
-        let (axis, _) = self.placement.to_render(Vec3A::Z);
+        let (axis, _) = self.placement.render_direction(Vec3A::Z);
         (axis, self.placement.widen(self.half.length().atan()))
     }
 }

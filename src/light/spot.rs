@@ -86,7 +86,7 @@ impl SpotLight {
     /// Radiant intensity in the unit direction `w` of render space, away from the light.
     #[inline]
     pub fn intensity(&self, w: Vec3) -> Rgb {
-        self.intensity * self.falloff(height_of(self.placement.to_light(w)))
+        self.intensity * self.falloff(height_of(self.placement.light_direction(w)))
     }
 
     /// Power in light space: exact for transforms that keep angles.
@@ -112,7 +112,7 @@ impl SpotLight {
             (r * sin_phi) as f32,
             (1.0 - height) as f32,
         );
-        let (w, jacobian) = self.placement.to_render(in_light);
+        let (w, jacobian) = self.placement.render_direction(in_light);
         let falloff = self.falloff(height as f32);
         let pdf_w = falloff * jacobian / self.weighted_solid_angle() as f32;
         (pdf_w > 0.0).then(|| (w, self.intensity * falloff, pdf_w))
@@ -120,7 +120,7 @@ impl SpotLight {
 
     /// Density of [`SpotLight::sample_direction`] in sr⁻¹.
     pub fn pdf_direction(&self, w: Vec3) -> f32 {
-        let in_light = self.placement.to_light(w);
+        let in_light = self.placement.light_direction(w);
         let falloff = self.falloff(height_of(in_light));
         falloff * self.placement.jacobian(in_light) / self.weighted_solid_angle() as f32
     }
@@ -132,7 +132,7 @@ impl SpotLight {
 
     /// Unit axis in render space, and the half angle of a cone around it that holds all light, in radians.
     pub fn cone(&self) -> (Vec3, f32) {
-        let (axis, _) = self.placement.to_render(Vec3A::Z);
+        let (axis, _) = self.placement.render_direction(Vec3A::Z);
         let half_angle = 2.0 * (0.5 * self.height).min(1.0).sqrt().asin();
         (axis, self.placement.widen(half_angle))
     }

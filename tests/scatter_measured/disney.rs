@@ -404,17 +404,3 @@ fn all_sheets_render_from_a_scene_file() {
         assert!((0.2..1.5).contains(&mean), "{interior}: {mean}");
     }
 }
-
-#[test]
-fn light_that_wanders_beneath_is_told_to_be_missing() {
-    let of = |more: &str| {
-        findings(&lit(&format!(
-            "Material \"disney\" \"rgb scatterdistance\" [1 1 1] {more}\nShape \"sphere\""
-        )))
-    };
-    let found = of("");
-    assert_eq!(found.len(), 1, "{found:?}");
-    assert_eq!(found[0].0, "unsupported");
-    // Thin sheets have no room for it.
-    assert_eq!(of("\"bool thin\" \"true\""), []);
-}

@@ -177,8 +177,8 @@ fn g17_every_ray_finds_what_a_look_at_every_element_finds() {
             ng: Normal3::ZERO,
             time: ray.time,
         };
-        let u_light = (f64::from(k % 50) + 0.5) / 50.0;
-        let sample = world.sample_light(&at, u_light, [0.5; 2]).expect("a light");
+        let id = LightId::new(k as usize % 50);
+        let sample = world.sample_on_light(id, 1.0, &at, [0.5; 2]).expect("a light");
         let Light::Point(light) = &parts.lights[k as usize % 50] else {
             unreachable!("all are points");
         };
@@ -331,12 +331,13 @@ fn g25_tiny_texture_coordinates_turn_no_tangent() {
         for (a, b) in [
             (one.dpdu, other.dpdu),
             (one.dpdv, other.dpdv),
-            (one.tangent, other.tangent),
             (one.dndu, other.dndu),
             (one.dndv, other.dndv),
         ] {
             assert_eq!(a, b * scale, "2^{k}");
         }
+        // The shading frame of a mesh with normals knows no size of its texture coordinates.
+        assert_eq!(one.tangent, other.tangent);
         assert_eq!(one.ns, other.ns);
     }
 }
