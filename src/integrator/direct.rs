@@ -309,12 +309,15 @@ impl State<'_> {
         let carried = |part: &SpecularPart| (beta * part.weight).max_component().max(0.0);
         let total: f32 = parts.iter().map(carried).sum();
         let p_survives = (total / ROULETTE_BELOW).min(1.0);
-        // Below `total` for those that go on; the last part takes what rounding leaves.
         let mut place = self.sampler.get_1d() * total / p_survives;
+        if place >= total {
+            return None;
+        }
         let last = parts.iter().rposition(|part| carried(part) > 0.0)?;
         for (i, part) in parts.iter().enumerate() {
             let share = carried(part);
-            if place < share || i == last && place < total {
+            // The last part takes what rounding leaves.
+            if place < share || i == last {
                 let scale = total / (share * p_survives);
                 return Some(SpecularPart {
                     weight: part.weight * scale,

@@ -110,7 +110,9 @@ impl ProjectionLight {
         let size = Vec2::new(level.width() as f32, level.height() as f32);
         let st = Vec2::new(column as f32 + x, row as f32 + y) / size;
         let on_plane = ((st * 2.0 - 1.0) * self.half).extend(1.0);
-        let (w, jacobian) = self.placement.render_direction(Vec3A::from(on_plane.normalize()));
+        let (w, jacobian) = self
+            .placement
+            .render_direction(Vec3A::from(on_plane.normalize()));
         let pdf_plane = self.table.pdf_plane[row * level.width() + column];
         let pdf_w = pdf_plane * on_plane.length().powi(3) * jacobian;
         (pdf_w > 0.0).then(|| (w, self.intensity * self.map.bilinear::<Rgb>(0, st), pdf_w))

@@ -16,7 +16,6 @@ use tyndall_test_support::Uniform;
 use tyndall_test_support::chi2::{Chi2, Hemisphere, Sphere};
 use tyndall_test_support::z_test::Mean;
 
-use crate::findings::findings;
 use crate::lit;
 use crate::probe::Probe;
 

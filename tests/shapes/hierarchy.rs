@@ -178,7 +178,9 @@ fn g17_every_ray_finds_what_a_look_at_every_element_finds() {
             time: ray.time,
         };
         let id = LightId::new(k as usize % 50);
-        let sample = world.sample_on_light(id, 1.0, &at, [0.5; 2]).expect("a light");
+        let sample = world
+            .sample_on_light(id, 1.0, &at, [0.5; 2])
+            .expect("a light");
         let Light::Point(light) = &parts.lights[k as usize % 50] else {
             unreachable!("all are points");
         };
