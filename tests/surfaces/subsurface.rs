@@ -155,7 +155,6 @@ fn how_far_light_wanders_below_a_plane_does_not_change_how_much_comes_back() {
     let difference = Mean {
         value: near.value - far.value,
         standard_error: noise,
-        ..near
     };
     difference.agrees_with(0.0).assert_accepted("disney plane");
     // What the diffuse part alone lets in and out.
