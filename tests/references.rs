@@ -82,6 +82,16 @@ fn small_f10_1b_agrees_in_filtered_lines() {
 }
 
 #[test]
+fn small_curves_agree() {
+    assert_small_scene_agrees("figures", "f3-18");
+}
+
+#[test]
+fn small_subsurface_balls_agree() {
+    assert_small_scene_agrees("figures", "f11-15");
+}
+
+#[test]
 fn small_killeroo_agrees() {
     assert_small_scene_agrees("killeroo", "killeroo-simple");
 }

@@ -237,7 +237,7 @@ fn frames_of_meshes_with_normals_are_one_unit_of_their_own_space_long() {
 }
 
 #[test]
-fn impossible_displacements_leave_the_surface_as_it_is() {
+fn g26_extreme_displacements_keep_a_normal_on_its_side() {
     let mut textures = Textures::default();
     let good = slope(&mut textures, 1.0, 2.0);
     let infinite: FloatSource = Source::Constant(f32::INFINITY);
@@ -246,6 +246,12 @@ fn impossible_displacements_leave_the_surface_as_it_is() {
     for source in [infinite, nan] {
         let bumped = bumped(&surface, source, &at(&surface), &textures);
         assert_eq!((bumped.ns, bumped.tangent), (surface.ns, surface.tangent));
+    }
+    for steep in [1e20, -1e20, 3e38] {
+        let source = slope(&mut textures, steep, -steep);
+        let bumped = bumped(&surface, source, &at(&surface), &textures);
+        assert!(bumped.ns.is_finite() && bumped.ns.dot(surface.ng) >= 0.0);
+        assert!(bumped.tangent.is_finite(), "{steep}");
     }
     let mut flat = plane();
     (flat.dpdu, flat.tangent) = (Vec3::ZERO, Vec3::ZERO);
