@@ -61,9 +61,15 @@ impl MaterialBuilder {
         if shape.private_material.is_none() || !shared.is_some() {
             return shared;
         }
-        let Some(material) =
-            self.material(index, Some(shape), textures, &mut Diagnostics::default())
-        else {
+        // What the shape shares with the material was reported with it; what only the shape names was not.
+        let mut found = Diagnostics::default();
+        let material = self.material(index, Some(shape), textures, &mut found);
+        for finding in found.list {
+            if !diagnostics.iter().any(|known| is_same(known, &finding)) {
+                diagnostics.push(finding);
+            }
+        }
+        let Some(material) = material else {
             return shared;
         };
         // A mixture of too many lobes is too large as a copy as well.
@@ -264,6 +270,11 @@ impl MaterialBuilder {
         );
         mix.first
     }
+}
+
+/// Whether two findings say the same of the same place.
+fn is_same(a: &Diagnostic, b: &Diagnostic) -> bool {
+    (a.code, a.span, &a.message) == (b.code, b.span, &b.message)
 }
 
 fn null_part(span: Span) -> Diagnostic {

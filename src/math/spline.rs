@@ -78,16 +78,21 @@ impl<T: Real> SplineWeights<T> {
         })
     }
 
+    /// The nodes that have a weight, with it.
+    #[inline]
+    pub fn terms(self) -> impl Iterator<Item = (usize, T)> {
+        let weights = self.weights.into_iter().enumerate();
+        let used = weights.filter(|(_, weight)| *weight != T::from(0.0));
+        // The first and the last have a weight only where their nodes exist.
+        used.map(move |(k, weight)| (self.interval + k - 1, weight))
+    }
+
     /// The weighted sum of values that are looked up by node.
     #[inline]
     pub fn sum(&self, value: impl Fn(usize) -> T) -> T {
-        let zero = T::from(0.0);
-        (0..4).fold(zero, |sum, k| {
-            if self.weights[k] == zero {
-                sum
-            } else {
-                sum + self.weights[k] * value(self.interval + k - 1)
-            }
+        let terms = self.terms();
+        terms.fold(T::from(0.0), |sum, (node, weight)| {
+            sum + weight * value(node)
         })
     }
 }

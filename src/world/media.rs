@@ -82,7 +82,8 @@ impl World {
             if medium.is_some() {
                 let end = match &hit {
                     Some(hit) => hit.at.t,
-                    None => t_max.min(self.horizon - travelled),
+                    None if target.is_some() => t_max,
+                    None => (self.horizon - travelled).max(0.0),
                 };
                 tr *= self.medium(medium).transmittance(&ray, end, rng);
                 if tr.is_black() {

@@ -201,3 +201,19 @@ fn v02_light_sampling_meets_the_sky_behind_two_radii_of_boundless_fog_and_nothin
     let scene = volpath(5, [0.0; 3], [0.0, 1.0, 0.0], &world);
     assert_exact(&scene, [0.0; 3], "the sky itself");
 }
+
+#[test]
+fn lamps_beyond_the_horizon_of_boundless_fog_shine_through_all_of_it() {
+    // Fog ends for the sky, not for a lamp that stands farther away than the surfaces reach.
+    let sigma = 1e-2;
+    let distance = 100.0;
+    let world = homogeneous("fog", [sigma; 3], NOTHING, 0.0)
+        + "MediumInterface \"\" \"fog\"\n\
+           LightSource \"point\" \"rgb I\" [1e4 1e4 1e4] \"point from\" [0 0 -96]\n\
+           MediumInterface \"fog\" \"fog\"\n\
+           Translate 0 0 4 Shape \"disk\" \"float radius\" 2\n";
+    let lit = 1e4 / (distance * distance) * 0.5 / std::f64::consts::PI
+        * (-sigma * (4.0 + distance)).exp();
+    let scene = volpath(5, [0.0; 3], AHEAD, &world);
+    assert_exact(&scene, [lit; 3], "a lamp far away");
+}

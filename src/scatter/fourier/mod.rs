@@ -10,6 +10,7 @@ mod file;
 use arrayvec::ArrayVec;
 
 use crate::math::Vec3;
+use crate::math::spline::SplineWeights;
 use crate::scatter::TransportMode;
 use crate::spectrum::Rgb;
 use density::Density;
@@ -105,14 +106,15 @@ impl FourierTable {
 
     /// The tabulated values times |μi| of luminance, red and blue; only the first for a table of one channel.
     fn sum(&self, mu_i: f32, mu_o: f32, cos_phi: f64) -> [f32; 3] {
-        let (Some(spline_i), Some(spline_o)) =
-            (Spline::at(&self.mu, mu_i), Spline::at(&self.mu, mu_o))
-        else {
+        let (Some(spline_i), Some(spline_o)) = (
+            SplineWeights::new(&self.mu, mu_i),
+            SplineWeights::new(&self.mu, mu_o),
+        ) else {
             return [0.0; 3];
         };
         let mut terms = ArrayVec::<(f32, Series), 16>::new();
-        for (o, weight_o) in spline_o.weights() {
-            for (i, weight_i) in spline_i.weights() {
+        for (o, weight_o) in spline_o.terms() {
+            for (i, weight_i) in spline_i.terms() {
                 let series = self.series[o * self.mu.len() + i];
                 if series.len > 0 {
                     terms.push((weight_o * weight_i, series));
@@ -170,54 +172,4 @@ impl Angles {
 fn interval(nodes: &[f32], x: f32) -> usize {
     let after = nodes.partition_point(|&node| node <= x);
     after.saturating_sub(1).min(nodes.len() - 2)
-}
-
-/// Weights of the four nodes around a place: cubic Hermite interpolation with slopes from differences of the
-/// neighbours (pbrt, 3rd ed., section 8.6.1).
-struct Spline {
-    /// Node of the second weight.
-    index: usize,
-    weights: [f32; 4],
-}
-
-impl Spline {
-    /// `None` outside of the nodes.
-    fn at(nodes: &[f32], x: f32) -> Option<Self> {
-        if !(x >= nodes[0] && x <= nodes[nodes.len() - 1]) {
-            return None;
-        }
-        let index = interval(nodes, x);
-        let (x0, x1) = (nodes[index], nodes[index + 1]);
-        let t = (x - x0) / (x1 - x0);
-        let (t2, t3) = (t * t, t * t * t);
-        let mut weights = [0.0, 2.0 * t3 - 3.0 * t2 + 1.0, -2.0 * t3 + 3.0 * t2, 0.0];
-        // Slopes at both ends; where a neighbour is missing, that of the chord.
-        let left = t3 - 2.0 * t2 + t;
-        if index > 0 {
-            let left = left * (x1 - x0) / (x1 - nodes[index - 1]);
-            weights[0] -= left;
-            weights[2] += left;
-        } else {
-            weights[1] -= left;
-            weights[2] += left;
-        }
-        let right = t3 - t2;
-        if let Some(next) = nodes.get(index + 2) {
-            let right = right * (x1 - x0) / (next - x0);
-            weights[1] -= right;
-            weights[3] += right;
-        } else {
-            weights[1] -= right;
-            weights[2] += right;
-        }
-        Some(Self { index, weights })
-    }
-
-    /// Nodes that have a weight.
-    fn weights(&self) -> impl Iterator<Item = (usize, f32)> {
-        let weights = self.weights.into_iter().enumerate();
-        let used = weights.filter(|(_, weight)| *weight != 0.0);
-        // The first and the last node have a weight only where they exist.
-        used.map(|(k, weight)| (self.index + k - 1, weight))
-    }
 }
