@@ -1,5 +1,6 @@
 //! Light transport: the radiance along a camera ray. Knows the world; knows no film, no files, no threads.
 
+pub mod bdpt;
 pub mod footprint;
 pub mod path;
 pub mod subsurface;
@@ -9,6 +10,7 @@ use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 use crate::world::World;
+pub use bdpt::Bdpt;
 pub use path::Path;
 
 /// A light transport algorithm.
@@ -18,6 +20,8 @@ pub enum Integrator {
     Path(Path),
     /// Surfaces and media.
     VolPath(Path),
+    /// Surfaces and media, from both ends.
+    Bdpt(Bdpt),
 }
 
 /// Events of the inner loop, counted by each worker and added up at the end.
@@ -67,6 +71,7 @@ impl Integrator {
                 path.li::<false>(world, ray, differential, sampler, counters)
             }
             Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),
+            Self::Bdpt(bdpt) => bdpt.li(world, ray, sampler, counters),
         }
     }
 }

@@ -98,8 +98,13 @@ impl Tree {
 }
 
 impl World {
-    /// The choice by a strategy.
-    pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
+    /// A choice among all lights for paths that start there: it knows no receiver, `Spatial` chooses half by power
+    /// and half evenly among sources.
+    pub fn light_choice(&self, strategy: LightStrategy) -> LightChoice {
+        LightChoice::new(&self.light_weights(strategy))
+    }
+
+    fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
         let powers: Vec<f64> = self
             .lights
             .iter()
@@ -107,18 +112,23 @@ impl World {
             .collect();
         let total: f64 = powers.iter().sum();
         match strategy {
-            LightStrategy::Uniform => LightSelection::fixed(&vec![1.0; powers.len()]),
+            LightStrategy::Uniform => vec![1.0; powers.len()],
             LightStrategy::Power => {
                 let least = MIN_POWER * total / powers.len() as f64;
-                let weights: Vec<f64> = powers.iter().map(|p| p.max(least)).collect();
-                LightSelection::fixed(&weights)
+                powers.iter().map(|p| p.max(least)).collect()
             }
-            LightStrategy::Spatial => {
-                let weights = self.mixed_weights(&powers, total);
-                self.tree_selection(&weights)
-                    .unwrap_or_else(|| LightSelection::fixed(&weights))
-            }
+            LightStrategy::Spatial => self.mixed_weights(&powers, total),
         }
+    }
+
+    /// The choice by a strategy.
+    pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
+        let weights = self.light_weights(strategy);
+        let tree = match strategy {
+            LightStrategy::Uniform | LightStrategy::Power => None,
+            LightStrategy::Spatial => self.tree_selection(&weights),
+        };
+        tree.unwrap_or_else(|| LightSelection::fixed(&weights))
     }
 
     /// Half by power, half evenly among sources.
