@@ -144,7 +144,8 @@ impl Camera {
         })
     }
 
-    fn time(&self, sample: &CameraSample) -> f32 {
+    /// The time of a sample.
+    pub fn time(&self, sample: &CameraSample) -> f32 {
         let [open, close] = self.shutter;
         open + (close - open) * sample.time
     }

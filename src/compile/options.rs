@@ -8,7 +8,7 @@ use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
-use crate::integrator::{Integrator, Path};
+use crate::integrator::{Bdpt, Integrator, Path};
 use crate::world::LightStrategy;
 
 /// A quick look divides the resolution by this.
@@ -19,6 +19,8 @@ const MAX_SIDE: u32 = 1 << 24;
 const MAX_PIXELS: usize = 1 << 30;
 /// Largest radius of a filter, in pixels: every block of pixels carries a border of this width.
 const MAX_FILTER_RADIUS: f64 = 256.0;
+/// Most scattering events where single strategies are to be shown.
+const MAX_VISUALIZED_DEPTH: u32 = 5;
 
 pub(super) struct FilmOptions {
     pub(super) desc: FilmDesc,
@@ -216,20 +218,46 @@ pub(super) fn integrator(
     let kind = &frame.integrator.kind;
     let plugin = lookup(Family::Integrator, kind, "nothing is rendered", diagnostics)?;
     let name = plugin.schema.name;
-    if !matches!(name, "path" | "volpath") {
+    if !matches!(name, "path" | "volpath" | "bdpt") {
         let what = format!("the integrator \"{name}\"");
         diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
         return None;
     }
     let mut p = ParamReader::new(plugin, &frame.integrator, diagnostics);
-    let path = Path {
-        max_depth: u32::try_from(p.int("maxdepth")).unwrap_or(0),
-        rr_threshold: p.float("rrthreshold"),
-    };
     let light_strategy = match p.choice("lightsamplestrategy") {
         "uniform" => LightStrategy::Uniform,
         "power" => LightStrategy::Power,
         _ => LightStrategy::Spatial,
+    };
+    let mut max_depth = u32::try_from(p.int("maxdepth")).unwrap_or(0);
+    let integrator = if name == "bdpt" {
+        let visualized = ["visualizestrategies", "visualizeweights"];
+        let shows_more = visualized.map(|name| p.bool(name)).contains(&true);
+        if shows_more {
+            // The picture is pbrt-v3's, its pictures of single strategies are not made.
+            max_depth = max_depth.min(MAX_VISUALIZED_DEPTH);
+            let message = "pictures of single strategies are not written";
+            let span = p.span(visualized[0]);
+            p.report(
+                Diagnostic::warning("no-visualization", span, message).with_label(format!(
+                    "\"maxdepth\" is at most {MAX_VISUALIZED_DEPTH} then"
+                )),
+            );
+        }
+        Integrator::Bdpt(Bdpt {
+            max_depth,
+            light_strategy,
+        })
+    } else {
+        let path = Path {
+            max_depth,
+            rr_threshold: p.float("rrthreshold"),
+        };
+        if name == "volpath" {
+            Integrator::VolPath(path)
+        } else {
+            Integrator::Path(path)
+        }
     };
     let pixel_bounds = p.ints::<4>("pixelbounds").map(|[x0, x1, y0, y1]| {
         let length = |a: i32, b: i32| usize::try_from(b as i64 - a as i64).unwrap_or(0);
@@ -241,16 +269,10 @@ pub(super) fn integrator(
         }
     });
     p.finish();
-    let volumetric = name == "volpath";
-    let integrator = if volumetric {
-        Integrator::VolPath(path)
-    } else {
-        Integrator::Path(path)
-    };
     Some(IntegratorOptions {
         integrator,
         name,
-        volumetric,
+        volumetric: name != "path",
         light_strategy,
         pixel_bounds,
     })

@@ -2,6 +2,8 @@
 //!
 //! The picture is a function of the job alone: thread count and schedule never change a bit.
 
+mod bidirectional;
+
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
@@ -13,6 +15,7 @@ use crate::integrator::{Counters, Integrator};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 use crate::world::World;
+use bidirectional::Bidirectional;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
 /// last bits of every picture.
@@ -103,7 +106,15 @@ struct Schedule {
 /// Renders on the current rayon thread pool. `cancel` stops it between blocks; what is finished then is returned.
 pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
     let film = Film::new(job.film.clone());
-    let blocks = film.blocks();
+    let bounds = film.sample_bounds();
+    let bidirectional = match &job.integrator {
+        Integrator::Bdpt(bdpt) => Some(Bidirectional::new(job, bdpt, bounds)),
+        Integrator::Path(_) | Integrator::VolPath(_) => None,
+    };
+    let blocks = match &bidirectional {
+        Some(shared) if shared.needs_full_frame() => Film::blocks_of(film.full_sample_bounds()),
+        _ => Film::blocks_of(bounds),
+    };
     let n_passes = job.spp.div_ceil(SAMPLES_PER_PASS) as usize;
     let n_tasks = blocks.len() * n_passes;
     let task = |index: usize| {
@@ -115,7 +126,6 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
             n_samples,
         }
     };
-    let bounds = film.sample_bounds();
     let (width, height) = job
         .pixel_bounds
         .map_or((bounds.width, bounds.height), |pixels| {
@@ -156,7 +166,10 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
                 merged_some: &merged_some,
                 n_tasks,
             };
-            let result = render_block(job, &task(index));
+            let result = match &bidirectional {
+                Some(shared) => shared.render_block(&task(index)),
+                None => render_block(job, &task(index)),
+            };
             drop(release);
             let mut schedule = lock(&schedule);
             schedule.pending.insert(index, result);
@@ -228,7 +241,7 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
     let block = task.block;
     for y in block.y0..block.y0 + block.height as i32 {
         for x in block.x0..block.x0 + block.width as i32 {
-            if job.pixel_bounds.is_some_and(|bounds| !holds(&bounds, x, y)) {
+            if job.pixel_bounds.is_some_and(|bounds| !bounds.holds([x, y])) {
                 continue;
             }
             for sample in task.first_sample..task.first_sample + task.n_samples {
@@ -255,9 +268,17 @@ fn overlap(a: &PixelRect, b: &PixelRect) -> (usize, usize) {
     )
 }
 
-fn holds(rect: &PixelRect, x: i32, y: i32) -> bool {
-    let inside = |v: i32, start: i32, length: usize| v >= start && ((v - start) as usize) < length;
-    inside(x, rect.x0, rect.width) && inside(y, rect.y0, rect.height)
+/// The first numbers of a sample: where, when, and through which point of the lens.
+fn camera_sample(job: &Job, pixel: [i32; 2], sampler: &mut Sampler) -> CameraSample {
+    let mut u = sampler.get_2d();
+    if job.pixel_centers {
+        u = [0.5; 2];
+    }
+    CameraSample {
+        raster: job.film.position(pixel, u),
+        time: sampler.get_1d(),
+        lens: sampler.get_2d(),
+    }
 }
 
 /// Takes one sample. False if its radiance is no radiance; it is then left out.
@@ -269,15 +290,7 @@ fn render_sample(
     counters: &mut Counters,
 ) -> bool {
     let mut sampler = Sampler::new(job.seed, pixel, sample);
-    let mut u = sampler.get_2d();
-    if job.pixel_centers {
-        u = [0.5; 2];
-    }
-    let camera_sample = CameraSample {
-        raster: job.film.position(pixel, u),
-        time: sampler.get_1d(),
-        lens: sampler.get_2d(),
-    };
+    let camera_sample = camera_sample(job, pixel, &mut sampler);
     let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
         // Nothing passes the lens here: black, and as much a sample as any other.
         film.add_sample(&job.film, camera_sample.raster, Rgb::BLACK, 1.0);

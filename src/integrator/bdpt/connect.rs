@@ -42,7 +42,12 @@ impl Tracer<'_> {
     }
 
     /// The last of `t` vertices of the camera path looks for a point on a light.
-    pub(super) fn direct(&mut self, t: usize, reaches_film: bool, numbers: &mut impl Numbers) -> Rgb {
+    pub(super) fn direct(
+        &mut self,
+        t: usize,
+        reaches_film: bool,
+        numbers: &mut impl Numbers,
+    ) -> Rgb {
         let (u_light, u) = (numbers.get_1d_fine(), numbers.get_2d());
         if t >= self.max_depth + 2 || !self.camera_path[t - 1].connects() {
             return Rgb::BLACK;
@@ -72,7 +77,11 @@ impl Tracer<'_> {
             Light::Infinite(_) | Light::Distant(_)
         );
         let mut on_light = Vertex::start(
-            if is_far { Kind::FarLight(light) } else { Kind::Light(light) },
+            if is_far {
+                Kind::FarLight(light)
+            } else {
+                Kind::Light(light)
+            },
             sample.p,
             vertex.medium,
         );
@@ -144,7 +153,11 @@ impl Tracer<'_> {
 
     /// The last of `s` ≥ 2 vertices of the light path looks for the camera: where on the film, and what it adds to the
     /// mean over the frame.
-    pub(super) fn splat(&mut self, s: usize, numbers: &mut impl Numbers) -> Option<([f64; 2], Rgb)> {
+    pub(super) fn splat(
+        &mut self,
+        s: usize,
+        numbers: &mut impl Numbers,
+    ) -> Option<([f64; 2], Rgb)> {
         let u_lens = numbers.get_2d();
         let camera = self.film?;
         let vertex = &self.light_path[s - 1];
@@ -194,10 +207,8 @@ impl Tracer<'_> {
             Kind::Light(light) | Kind::FarLight(light) => {
                 let (emitted, _) =
                     self.emission_densities(light, start.p, start.ng, next, -start.wo);
-                let is_delta = !matches!(
-                    self.world.light(light),
-                    Light::Area(_) | Light::Infinite(_)
-                );
+                let is_delta =
+                    !matches!(self.world.light(light), Light::Area(_) | Light::Infinite(_));
                 (emitted, is_delta)
             }
             Kind::Camera | Kind::Surface(_) | Kind::Medium(_) => (0.0, true),

@@ -186,8 +186,7 @@ impl<'a> Tracer<'a> {
                     self.counters.stuck_paths += 1;
                     return;
                 }
-                head.medium =
-                    world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
+                head.medium = world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
                 let d = head.ray.d;
                 head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
                 continue;
@@ -224,9 +223,7 @@ impl<'a> Tracer<'a> {
             return false;
         };
         vertex.pdf_own = match before.kind {
-            Kind::FarLight(_) => {
-                far_density(self.world, vertex.p, vertex.ng, head.ray.d, head.pdf)
-            }
+            Kind::FarLight(_) => far_density(self.world, vertex.p, vertex.ng, head.ray.d, head.pdf),
             _ => vertex.density(before.p, head.pdf),
         };
         let next = match &vertex.kind {
@@ -241,7 +238,11 @@ impl<'a> Tracer<'a> {
                         From::Light if sample.specular => {
                             let cos = bsdf.abs_cos(sample.wi);
                             let correction = vertex.adjoint_cos(bsdf, sample.wi) / cos;
-                            if cos > 0.0 { sample.weight * correction } else { Rgb::BLACK }
+                            if cos > 0.0 {
+                                sample.weight * correction
+                            } else {
+                                Rgb::BLACK
+                            }
                         }
                         From::Light => vertex.passes_to(sample.wi) * (1.0 / sample.pdf_w),
                     };

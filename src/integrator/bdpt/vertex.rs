@@ -149,7 +149,13 @@ impl<'a> Vertex<'a> {
     }
 
     /// The ray from here to another point, and its length. `None` if the two are the same.
-    pub(super) fn segment_to(&self, p: Point3, p_err: Vec3, ng: Normal3, time: f32) -> Option<(Ray, f32)> {
+    pub(super) fn segment_to(
+        &self,
+        p: Point3,
+        p_err: Vec3,
+        ng: Normal3,
+        time: f32,
+    ) -> Option<(Ray, f32)> {
         let toward = (p - self.p).try_normalize()?;
         let o = offset_origin(self.p, self.p_err, self.ng, toward);
         let end = offset_origin(p, p_err, ng, -toward);
