@@ -5,8 +5,8 @@ use std::sync::atomic::AtomicBool;
 use tyndall::compile::CompileOptions;
 use tyndall::image::Image;
 use tyndall::render::{Job, Unwatched, render};
+use tyndall_test_support::Verdict;
 use tyndall_test_support::image_z::ImageZTest;
-use tyndall_test_support::verdict::Verdict;
 
 use crate::scene::compile_scene;
 
