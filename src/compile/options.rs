@@ -8,7 +8,7 @@ use crate::compile::{CompileOptions, lookup, unsupported};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
-use crate::integrator::{Bdpt, Integrator, Path};
+use crate::integrator::{Bdpt, Integrator, Mlt, Path};
 use crate::world::LightStrategy;
 
 /// A quick look divides the resolution by this.
@@ -19,6 +19,8 @@ const MAX_SIDE: u32 = 1 << 24;
 const MAX_PIXELS: usize = 1 << 30;
 /// Largest radius of a filter, in pixels: every block of pixels carries a border of this width.
 const MAX_FILTER_RADIUS: f64 = 256.0;
+/// Most bootstrap paths of all lengths.
+const MAX_BOOTSTRAP: u64 = 1 << 26;
 /// Most scattering events where single strategies are to be shown.
 const MAX_VISUALIZED_DEPTH: u32 = 5;
 
@@ -218,12 +220,23 @@ pub(super) fn integrator(
     let kind = &frame.integrator.kind;
     let plugin = lookup(Family::Integrator, kind, "nothing is rendered", diagnostics)?;
     let name = plugin.schema.name;
-    if !matches!(name, "path" | "volpath" | "bdpt") {
+    if !matches!(name, "path" | "volpath" | "bdpt" | "mlt") {
         let what = format!("the integrator \"{name}\"");
         diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
         return None;
     }
     let mut p = ParamReader::new(plugin, &frame.integrator, diagnostics);
+    if name == "mlt" {
+        let integrator = Integrator::Mlt(metropolis(&mut p));
+        p.finish();
+        return Some(IntegratorOptions {
+            integrator,
+            name,
+            volumetric: true,
+            light_strategy: LightStrategy::Power,
+            pixel_bounds: None,
+        });
+    }
     let light_strategy = match p.choice("lightsamplestrategy") {
         "uniform" => LightStrategy::Uniform,
         "power" => LightStrategy::Power,
@@ -276,6 +289,31 @@ pub(super) fn integrator(
         light_strategy,
         pixel_bounds,
     })
+}
+
+fn metropolis(p: &mut ParamReader) -> Mlt {
+    let max_depth = u32::try_from(p.int("maxdepth")).unwrap_or(0);
+    let wanted = u32::try_from(p.int("bootstrapsamples")).unwrap_or(1);
+    // A bootstrap path of each length is kept.
+    let most = (MAX_BOOTSTRAP / (u64::from(max_depth) + 1)).max(1) as u32;
+    let mut settings = Mlt {
+        max_depth: max_depth.min(MAX_BOOTSTRAP as u32 - 1),
+        n_bootstrap: wanted.min(most),
+        n_chains: u32::try_from(p.int("chains")).unwrap_or(1),
+        mutations_per_pixel: u32::try_from(p.int("mutationsperpixel")).unwrap_or(1),
+        large_step: p.float("largestepprobability"),
+        sigma: p.float("sigma"),
+    };
+    settings.n_bootstrap = settings.n_bootstrap.max(1);
+    if settings.n_bootstrap < wanted {
+        let span = p.span("bootstrapsamples");
+        let message = format!(
+            "{wanted} bootstrap paths of each length are too many: {} are followed",
+            settings.n_bootstrap
+        );
+        p.report(Diagnostic::warning("many-bootstrap-samples", span, message));
+    }
+    settings
 }
 
 /// One hierarchy serves all accelerators; their parameters are checked and have no effect.

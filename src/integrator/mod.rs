@@ -2,6 +2,7 @@
 
 pub mod bdpt;
 pub mod footprint;
+pub mod mlt;
 pub mod path;
 pub mod subsurface;
 
@@ -9,8 +10,9 @@ use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
-use crate::world::World;
+use crate::world::{LightStrategy, World};
 pub use bdpt::Bdpt;
+pub use mlt::Mlt;
 pub use path::Path;
 
 /// A light transport algorithm.
@@ -22,6 +24,8 @@ pub enum Integrator {
     VolPath(Path),
     /// Surfaces and media, from both ends.
     Bdpt(Bdpt),
+    /// The same by Markov chains.
+    Mlt(Mlt),
 }
 
 /// Events of the inner loop, counted by each worker and added up at the end.
@@ -72,6 +76,16 @@ impl Integrator {
             }
             Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),
             Self::Bdpt(bdpt) => bdpt.li(world, ray, sampler, counters),
+            // A single ray needs no chain: what chains estimate is what they visit.
+            Self::Mlt(mlt) => {
+                let light_strategy = LightStrategy::Power;
+                let max_depth = mlt.max_depth;
+                let bdpt = Bdpt {
+                    max_depth,
+                    light_strategy,
+                };
+                bdpt.li(world, ray, sampler, counters)
+            }
         }
     }
 }

@@ -3,6 +3,7 @@
 //! The picture is a function of the job alone: thread count and schedule never change a bit.
 
 mod bidirectional;
+mod mlt;
 
 use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, Ordering};
@@ -11,11 +12,12 @@ use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 use crate::camera::{Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
-use crate::integrator::{Counters, Integrator};
+use crate::integrator::{Counters, Integrator, Mlt};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 use crate::world::World;
 use bidirectional::Bidirectional;
+use mlt::Metropolis;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
 /// last bits of every picture.
@@ -65,6 +67,8 @@ pub struct RenderReport {
     pub first_bad_sample: Option<([i32; 2], u32)>,
     /// Events of the inner loop.
     pub counters: Counters,
+    /// The search for paths that carry light, before anything was rendered, found none.
+    pub found_no_light: bool,
     /// Rendering was stopped early.
     pub cancelled: bool,
 }
@@ -108,6 +112,7 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
     let film = Film::new(job.film.clone());
     let bounds = film.sample_bounds();
     let bidirectional = match &job.integrator {
+        Integrator::Mlt(settings) => return render_chains(job, settings, film, progress, cancel),
         Integrator::Bdpt(bdpt) => Some(Bidirectional::new(job, bdpt, bounds)),
         Integrator::Path(_) | Integrator::VolPath(_) => None,
     };
@@ -116,7 +121,6 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         _ => Film::blocks_of(bounds),
     };
     let n_passes = job.spp.div_ceil(SAMPLES_PER_PASS) as usize;
-    let n_tasks = blocks.len() * n_passes;
     let task = |index: usize| {
         let first_sample = (index / blocks.len()) as u32 * SAMPLES_PER_PASS;
         let n_samples = (job.spp - first_sample).min(SAMPLES_PER_PASS);
@@ -132,67 +136,112 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
             overlap(&bounds, &pixels)
         });
     let total = width as u64 * height as u64 * job.spp as u64;
-    let report = RenderReport::default();
-    let schedule = Mutex::new(Schedule {
-        next: 0,
-        merged: 0,
-        pending: BTreeMap::new(),
-        film,
-        report,
-    });
-    let merged_some = Condvar::new();
-    let n_threads = rayon::current_num_threads();
-    let max_pending = n_threads * PENDING_PER_THREAD;
-
-    let work = || {
-        loop {
-            let index = {
-                let mut schedule = lock(&schedule);
-                while schedule.next >= schedule.merged + max_pending && schedule.next < n_tasks {
-                    schedule = merged_some
-                        .wait(schedule)
-                        .unwrap_or_else(PoisonError::into_inner);
-                }
-                if schedule.next >= n_tasks || cancel.load(Ordering::Relaxed) {
-                    // Nobody may go on waiting for a merge that will not come.
-                    merged_some.notify_all();
-                    return;
-                }
-                schedule.next += 1;
-                schedule.next - 1
-            };
-            let release = ReleaseWaiting {
-                schedule: &schedule,
-                merged_some: &merged_some,
-                n_tasks,
-            };
-            let result = match &bidirectional {
-                Some(shared) => shared.render_block(&task(index)),
-                None => render_block(job, &task(index)),
-            };
-            drop(release);
-            let mut schedule = lock(&schedule);
-            schedule.pending.insert(index, result);
-            schedule.merge_ready();
-            merged_some.notify_all();
-            let done = schedule.report.samples;
-            drop(schedule);
-            progress.samples_done(done, total);
-        }
+    let work = Work {
+        n_tasks: blocks.len() * n_passes,
+        pending_per_thread: PENDING_PER_THREAD,
+        total,
+        run: &|index| match &bidirectional {
+            Some(shared) => shared.render_block(&task(index)),
+            None => render_block(job, &task(index)),
+        },
     };
-    rayon::scope(|scope| {
-        for _ in 0..n_threads {
-            scope.spawn(|_| work());
-        }
-    });
+    work.render(film, progress, cancel)
+}
 
-    let mut schedule = schedule
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
-    schedule.report.cancelled = schedule.merged < n_tasks;
-    Rendered {
-        image: schedule.film.develop(),
-        report: schedule.report,
+/// Metropolis light transport: chains in place of blocks.
+fn render_chains(
+    job: &Job,
+    settings: &Mlt,
+    film: Film,
+    progress: &dyn Progress,
+    cancel: &AtomicBool,
+) -> Rendered {
+    let metropolis = Metropolis::new(job, settings);
+    let n_chains = metropolis.n_chains();
+    let work = Work {
+        n_tasks: n_chains,
+        pending_per_thread: mlt::PENDING_PER_THREAD,
+        total: metropolis.n_mutations(),
+        run: &|chain| metropolis.run_chain(chain),
+    };
+    let mut rendered = work.render(film, progress, cancel);
+    rendered.report.found_no_light = n_chains == 0;
+    rendered
+}
+
+/// Tasks whose results are added in their order.
+struct Work<'a> {
+    n_tasks: usize,
+    /// Results that may wait, per thread, for an earlier one.
+    pending_per_thread: usize,
+    /// Samples in all.
+    total: u64,
+    run: &'a (dyn Fn(usize) -> BlockResult + Sync),
+}
+
+impl Work<'_> {
+    fn render(&self, film: Film, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
+        let Self { n_tasks, total, .. } = *self;
+        let report = RenderReport::default();
+        let schedule = Mutex::new(Schedule {
+            next: 0,
+            merged: 0,
+            pending: BTreeMap::new(),
+            film,
+            report,
+        });
+        let merged_some = Condvar::new();
+        let n_threads = rayon::current_num_threads();
+        let max_pending = n_threads * self.pending_per_thread;
+
+        let work = || {
+            loop {
+                let index = {
+                    let mut schedule = lock(&schedule);
+                    while schedule.next >= schedule.merged + max_pending && schedule.next < n_tasks
+                    {
+                        schedule = merged_some
+                            .wait(schedule)
+                            .unwrap_or_else(PoisonError::into_inner);
+                    }
+                    if schedule.next >= n_tasks || cancel.load(Ordering::Relaxed) {
+                        // Nobody may go on waiting for a merge that will not come.
+                        merged_some.notify_all();
+                        return;
+                    }
+                    schedule.next += 1;
+                    schedule.next - 1
+                };
+                let release = ReleaseWaiting {
+                    schedule: &schedule,
+                    merged_some: &merged_some,
+                    n_tasks,
+                };
+                let result = (self.run)(index);
+                drop(release);
+                let mut schedule = lock(&schedule);
+                schedule.pending.insert(index, result);
+                schedule.merge_ready();
+                merged_some.notify_all();
+                let done = schedule.report.samples;
+                drop(schedule);
+                progress.samples_done(done, total);
+            }
+        };
+        rayon::scope(|scope| {
+            for _ in 0..n_threads {
+                scope.spawn(|_| work());
+            }
+        });
+
+        let mut schedule = schedule
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
+        schedule.report.cancelled = schedule.merged < n_tasks;
+        Rendered {
+            image: schedule.film.develop(),
+            report: schedule.report,
+        }
     }
 }
 

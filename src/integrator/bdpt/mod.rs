@@ -164,7 +164,7 @@ impl<'a> Tracer<'a> {
     /// those could find the same paths: the ray's film position is in the frame.
     pub fn radiance(&mut self, ray: Ray, reaches_film: bool, numbers: &mut impl Numbers) -> Rgb {
         let reaches_film = reaches_film && self.film.is_some();
-        self.trace_camera_to(self.max_depth + 1, ray, numbers);
+        self.trace_camera_to(self.max_depth + 1, true, ray, numbers);
         let mut radiance = Rgb::BLACK;
         for i in 0..self.ends.len() {
             radiance += self.end(i, reaches_film);
@@ -176,6 +176,53 @@ impl<'a> Tracer<'a> {
             }
         }
         radiance
+    }
+}
+
+/// One strategy at a time: `s` vertices from the light and `t` from the camera.
+impl Tracer<'_> {
+    /// Follows light as far as strategies with `s` vertices need it.
+    pub fn trace_light_part(&mut self, s: usize, numbers: &mut impl Numbers) {
+        if s >= 2 {
+            self.trace_light_to(s, numbers);
+        }
+    }
+
+    /// Follows a camera ray as far as the strategy needs it.
+    pub fn trace_camera_part(&mut self, s: usize, t: usize, ray: Ray, numbers: &mut impl Numbers) {
+        if s == 0 {
+            self.trace_camera_to(t - 1, true, ray, numbers);
+        } else {
+            self.trace_camera_to(t, false, ray, numbers);
+        }
+    }
+
+    /// Radiance by the strategy with `t` ≥ 2, whose parts have been followed from a film position in the frame.
+    pub fn strategy(&mut self, s: usize, t: usize, numbers: &mut impl Numbers) -> Rgb {
+        let reaches_film = self.film.is_some();
+        match s {
+            0 => {
+                let mut radiance = Rgb::BLACK;
+                for i in 0..self.ends.len() {
+                    if self.ends[i].n_before == t - 1 {
+                        radiance += self.end(i, reaches_film);
+                    }
+                }
+                radiance
+            }
+            _ if self.camera_path.len() < t => Rgb::BLACK,
+            1 => self.direct(t, reaches_film, numbers),
+            _ if self.light_path.len() < s => Rgb::BLACK,
+            _ => self.connect(s, t, reaches_film),
+        }
+    }
+
+    /// What the light path of `s` ≥ 2 vertices brings to the film.
+    pub fn splat_of(&mut self, s: usize, numbers: &mut impl Numbers) -> Option<([f64; 2], Rgb)> {
+        if self.light_path.len() < s {
+            return None;
+        }
+        self.splat(s, numbers)
     }
 }
 

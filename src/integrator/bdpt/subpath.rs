@@ -53,11 +53,19 @@ struct Head {
     medium: MediumId,
     /// Most vertices of the path.
     limit: usize,
+    /// Lights that are met count, also behind the last vertex.
+    looks_for_light: bool,
 }
 
 impl<'a> Tracer<'a> {
-    /// A camera path of up to `limit` vertices, the camera included, and the lights it meets.
-    pub(super) fn trace_camera_to(&mut self, limit: usize, ray: Ray, numbers: &mut impl Numbers) {
+    /// A camera path of up to `limit` vertices, the camera included, and if `looks_for_light` the lights it meets.
+    pub(super) fn trace_camera_to(
+        &mut self,
+        limit: usize,
+        looks_for_light: bool,
+        ray: Ray,
+        numbers: &mut impl Numbers,
+    ) {
         let medium = self.world.camera_medium();
         self.camera_path
             .push(Vertex::start(Kind::Camera, ray.o, medium));
@@ -69,6 +77,7 @@ impl<'a> Tracer<'a> {
             pdf: pdf_w,
             medium,
             limit,
+            looks_for_light,
         };
         let mut path = std::mem::take(&mut self.camera_path);
         self.walk(head, &mut path, numbers);
@@ -122,6 +131,7 @@ impl<'a> Tracer<'a> {
             pdf,
             medium: sample.medium,
             limit,
+            looks_for_light: false,
         };
         let mut path = std::mem::take(&mut self.light_path);
         self.walk(head, &mut path, numbers);
@@ -135,8 +145,7 @@ impl<'a> Tracer<'a> {
     fn walk(&mut self, mut head: Head, path: &mut Vec<Vertex<'a>>, numbers: &mut impl Numbers) {
         let world = self.world;
         let mut crossings = 0;
-        let is_camera = head.from == From::Camera;
-        while !head.beta.is_black() && (is_camera || path.len() < head.limit) {
+        while !head.beta.is_black() && (head.looks_for_light || path.len() < head.limit) {
             self.counters.rays += 1;
             let hit = world.closest(&head.ray, f32::INFINITY);
             if head.medium.is_some() {
@@ -170,13 +179,13 @@ impl<'a> Tracer<'a> {
                 if head.medium.is_some() && world.is_bounded(head.medium) {
                     self.counters.leaked_paths += 1;
                 }
-                if is_camera {
+                if head.looks_for_light {
                     self.meet_environment(&head, path.len());
                 }
                 return;
             };
             let surface = world.surface(&head.ray, &hit);
-            if is_camera {
+            if head.looks_for_light {
                 self.meet_emitter(&head, &hit, &surface, path);
             }
             let material = world.geometry(hit.target.geometry).material;
