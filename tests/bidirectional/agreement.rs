@@ -1,6 +1,9 @@
 //! The same expectation as path tracing.
 
+use glam::{DAffine3, DVec3};
+use tyndall::camera::{Camera, Perspective, Projection, ThinLens};
 use tyndall::integrator::{Bdpt, Integrator};
+use tyndall::math::{Motion, Transform};
 
 use crate::setup::{CAMERA, LIGHTS, ROOM, compare, job};
 
@@ -97,9 +100,26 @@ fn l11_a_finite_lens_sees_the_same_from_both_ends() {
 
 #[test]
 fn placements_that_stretch_space_see_the_same_from_both_ends() {
-    let camera =
-        "Scale 2 1 .5 LookAt 0 1 -4  0 .6 0  0 1 0 Camera \"perspective\" \"float fov\" 50";
-    assert_agree(PATH, camera, &format!("{ROOM}{}", LIGHTS[0].1), "stretched");
+    let world = format!("{ROOM}{}", LIGHTS[0].1);
+    let stretched = |integrator: &str, spp: u32| {
+        let mut job = job(integrator, CAMERA, spp, &world);
+        let window = [-1.0, 1.0, -1.0, 1.0];
+        let pinhole = ThinLens {
+            radius: 0.0,
+            focal_distance: 1e6,
+        };
+        let perspective = Perspective::new(1.0, window, [12, 12], pinhole);
+        // At the place of the camera of the scene, which is the origin of render space; wider than high.
+        let placed = Transform::from_affine(DAffine3::from_scale(DVec3::new(2.0, 1.0, 0.5)));
+        job.camera = Camera::new(
+            Projection::Perspective(perspective),
+            Motion::Still(placed.expect("it has an inverse")),
+            [0.0, 1.0],
+        );
+        job
+    };
+    let verdict = compare(stretched(BDPT, 16), stretched(PATH, 32));
+    verdict.assert_accepted("stretched");
 }
 
 #[test]
@@ -113,23 +133,64 @@ fn cameras_without_importance_and_all_round_ones_show_the_same() {
     }
 }
 
+/// A light that is not in the fog.
+fn in_vacuum(light: &str) -> String {
+    format!("AttributeBegin MediumInterface \"\" \"\"\n{light}AttributeEnd\n")
+}
+
 #[test]
 fn v15_fog_looks_the_same_from_both_ends_under_lights_of_every_kind() {
+    // Next to a point of light in fog a path's light sampling has no finite variance: those shine from bubbles.
+    let bubbles = [
+        ("point", ".5 2.5 -1"),
+        ("spot", "1 3 -1"),
+        ("projection", "0 2 -3"),
+        ("goniometric", "0 2 -1"),
+    ];
     for (name, light) in LIGHTS {
-        let spp: u32 = std::env::var("SPP").ok().map_or(16, |v| v.parse().unwrap());
-        if std::env::var("ONLY").is_ok_and(|o| o != *name) {
+        let center = bubbles
+            .iter()
+            .find(|(of, _)| of == name)
+            .map(|(_, center)| center);
+        let world = if let Some(center) = center {
+            let bubble = format!(
+                "AttributeBegin Material \"\" MediumInterface \"\" \"fog\" Translate {center}\n\
+                 Shape \"sphere\" \"float radius\" .4 AttributeEnd\n"
+            );
+            fog(&(bubble + &in_vacuum(light)))
+        } else if matches!(*name, "distant" | "infinite") {
+            // From beyond the fog.
+            fog(&in_vacuum(light))
+        } else if *name == "several" {
             continue;
-        }
-        // Light from infinitely far away comes from beyond the fog.
-        let world = if matches!(*name, "distant" | "infinite" | "several") {
-            fog("") + "AttributeBegin MediumInterface \"\" \"\"\n" + light + "AttributeEnd\n"
         } else {
             fog(light)
         };
+        let spp: u32 = std::env::var("SPP").ok().map_or(16, |v| v.parse().unwrap());
         let v = compare(
-            job(BDPT, CAMERA, 16, &world),
-            job(VOLPATH, CAMERA, 2 * spp, &world),
+            job(BDPT, CAMERA, spp, &world),
+            job(VOLPATH, CAMERA, 4 * spp, &world),
         );
         println!("{name} {} {}", v.accepted(), v.explanation);
+    }
+}
+
+#[test]
+fn mlt_is_path_tracing_in_the_mean() {
+    let settings = "\"mlt\" \"integer maxdepth\" 4 \"integer bootstrapsamples\" 4000 \"integer chains\" 40 \
+                    \"integer mutationsperpixel\" 60";
+    let ball = "AttributeBegin Material \"glass\" Translate 0 .8 -1 Shape \"sphere\" \"float radius\" .5 AttributeEnd\n";
+    for (name, light) in LIGHTS {
+        let (world, reference) = match *name {
+            "point" | "invisible" => (format!("{ROOM}{light}"), VOLPATH),
+            "infinite" | "sphere" => (format!("{ROOM}{ball}{light}"), PATH),
+            "panel" => (fog(light), VOLPATH),
+            _ => continue,
+        };
+        compare(
+            job(settings, CAMERA, 1, &world),
+            job(reference, CAMERA, 64, &world),
+        )
+        .assert_accepted(name);
     }
 }
