@@ -38,7 +38,7 @@ pub(crate) fn picture(job: &Job) -> Image {
     rendered.image
 }
 
-/// Mean over the seeds and the variance of that mean, for each number of the picture.
+/// Mean over the seeds and the variance of that mean, for each pixel.
 struct Spread {
     mean: Vec<f32>,
     variance: Vec<f32>,
@@ -53,8 +53,13 @@ fn spread(job: &mut Job, first_seed: u64) -> Spread {
         })
         .collect();
     let n = SEEDS as f64;
-    let values = |i: usize| pictures.iter().map(move |image| f64::from(image.data()[i]));
-    let numbers = 0..pictures[0].data().len();
+    // The channels of a path go together: three of them are no three witnesses.
+    let value = |image: &Image, i: usize| {
+        let rgb = &image.data()[3 * i..3 * i + 3];
+        rgb.iter().map(|&c| f64::from(c)).sum::<f64>() / 3.0
+    };
+    let values = |i: usize| pictures.iter().map(move |image| value(image, i));
+    let numbers = 0..SIDE * SIDE;
     let moments: Vec<(f64, f64)> = numbers
         .map(|i| {
             let mean = values(i).sum::<f64>() / n;
@@ -80,7 +85,7 @@ pub(crate) fn compare(mut a: Job, mut b: Job) -> Verdict {
     let variance: Vec<f32> = both.map(|(a, b)| a + b).collect();
     let test = ImageZTest {
         width: SIDE,
-        channels: 3,
+        channels: 1,
         block: 4,
         alpha: 1e-4,
     };

@@ -37,6 +37,10 @@ pub(super) struct Vertex<'a> {
 
 /// What a vertex is.
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "vertices live in lists that are kept; a box would be an allocation for each of them"
+)]
 pub(super) enum Kind<'a> {
     /// A point of the lens.
     Camera,
