@@ -2,7 +2,7 @@
 //!
 //! Chains cover the full frame whatever the crop window, so that a pixel is the same bits with or without it.
 
-use rayon::prelude::*;
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::image::PixelRect;
 use crate::integrator::Mlt;

@@ -140,7 +140,7 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         n_tasks: blocks.len() * n_passes,
         pending_per_thread: PENDING_PER_THREAD,
         total,
-        run: &|index| match &bidirectional {
+        run: |index| match &bidirectional {
             Some(shared) => shared.render_block(&task(index)),
             None => render_block(job, &task(index)),
         },
@@ -162,7 +162,7 @@ fn render_chains(
         n_tasks: n_chains,
         pending_per_thread: mlt::PENDING_PER_THREAD,
         total: metropolis.n_mutations(),
-        run: &|chain| metropolis.run_chain(chain),
+        run: |chain| metropolis.run_chain(chain),
     };
     let mut rendered = work.render(film, progress, cancel);
     rendered.report.found_no_light = n_chains == 0;
@@ -170,16 +170,16 @@ fn render_chains(
 }
 
 /// Tasks whose results are added in their order.
-struct Work<'a> {
+struct Work<R> {
     n_tasks: usize,
     /// Results that may wait, per thread, for an earlier one.
     pending_per_thread: usize,
     /// Samples in all.
     total: u64,
-    run: &'a (dyn Fn(usize) -> BlockResult + Sync),
+    run: R,
 }
 
-impl Work<'_> {
+impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
     fn render(&self, film: Film, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
         let Self { n_tasks, total, .. } = *self;
         let report = RenderReport::default();
