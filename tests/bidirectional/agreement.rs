@@ -47,11 +47,11 @@ fn bdpt_is_path_tracing_under_lights_of_every_kind() {
 
 #[test]
 fn the_comparison_sees_a_strategy_that_is_missing() {
-    // One scattering event less is as if the paths of four had been forgotten.
+    // Two scattering events less are as if the longest paths, some percent of the light, had been forgotten.
     let world = format!("{ROOM}{}", LIGHTS[5].1);
     let mut lacking = job(BDPT, CAMERA, 16, &world);
     if let Integrator::Bdpt(Bdpt { max_depth, .. }) = &mut lacking.integrator {
-        *max_depth -= 1;
+        *max_depth -= 2;
     }
     let verdict = compare(lacking, job(PATH, CAMERA, 32, &world));
     assert!(!verdict.accepted(), "{}", verdict.explanation);
