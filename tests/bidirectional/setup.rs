@@ -89,8 +89,6 @@ pub(crate) fn compare(mut a: Job, mut b: Job) -> Verdict {
         block: 4,
         alpha: 1e-4,
     };
-    let sums = |v: &[f32]| v.iter().sum::<f32>() / v.len() as f32;
-    println!("means {} and {}", sums(&a.mean), sums(&b.mean));
     test.check(&a.mean, &b.mean, &variance)
 }
 

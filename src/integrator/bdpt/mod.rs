@@ -6,7 +6,7 @@
 //! | `integer maxdepth` | 5 | scattering events; 0 shows emitters only |
 //! | `string lightsamplestrategy` | `power` | how a light is chosen |
 //! | `integer[4] pixelbounds` | film | pixels that are rendered |
-//! | `bool visualizestrategies`, `visualizeweights` | false | no effect |
+//! | `bool visualizestrategies`, `visualizeweights` | false | clamp `maxdepth` to 5; the pictures are not made |
 //!
 //! Every prefix of a path from the camera is joined with every prefix of a path from a light, media and null surfaces
 //! included, and each of these strategies is weighed against all others that could have found the same path. Light

@@ -38,14 +38,14 @@ pub(super) struct End {
 
 /// Which end a path starts at.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
-enum From {
+enum Side {
     Camera,
     Light,
 }
 
 /// The end of a path that grows.
 struct Head {
-    from: From,
+    from: Side,
     ray: Ray,
     beta: Rgb,
     /// Density of its direction; of its position, if it comes from infinitely far away.
@@ -71,7 +71,7 @@ impl<'a> Tracer<'a> {
             .push(Vertex::start(Kind::Camera, ray.o, medium));
         let pdf_w = self.film.map_or(1.0, |camera| camera.pdf_w(&ray));
         let head = Head {
-            from: From::Camera,
+            from: Side::Camera,
             ray,
             beta: Rgb::ONE,
             pdf: pdf_w,
@@ -125,7 +125,7 @@ impl<'a> Tracer<'a> {
             }
         }
         let head = Head {
-            from: From::Light,
+            from: Side::Light,
             ray,
             beta,
             pdf,
@@ -238,13 +238,13 @@ impl<'a> Tracer<'a> {
         let next = match &vertex.kind {
             Kind::Surface(bsdf) => {
                 let mode = match head.from {
-                    From::Camera => TransportMode::Radiance,
-                    From::Light => TransportMode::Importance,
+                    Side::Camera => TransportMode::Radiance,
+                    Side::Light => TransportMode::Importance,
                 };
                 bsdf.sample(wo, u_lobe, u, mode).map(|sample| {
                     let weight = match head.from {
-                        From::Camera => sample.weight,
-                        From::Light if sample.specular => {
+                        Side::Camera => sample.weight,
+                        Side::Light if sample.specular => {
                             let cos = bsdf.abs_cos(sample.wi);
                             let correction = vertex.adjoint_cos(bsdf, sample.wi) / cos;
                             if cos > 0.0 {
@@ -253,7 +253,7 @@ impl<'a> Tracer<'a> {
                                 Rgb::BLACK
                             }
                         }
-                        From::Light => vertex.passes_to(sample.wi) * (1.0 / sample.pdf_w),
+                        Side::Light => vertex.passes_to(sample.wi) * (1.0 / sample.pdf_w),
                     };
                     (sample.wi, weight, f64::from(sample.pdf_w), sample.specular)
                 })
