@@ -341,6 +341,15 @@ impl<'a> Session<'a> {
         self.console.detail(&facts.text());
         report.render = Some(facts);
 
+        if rendered.report.found_no_light {
+            let message = format!("no path that carries light was found: {name} is black");
+            self.tell(Diagnostic::new(
+                Severity::Warning,
+                "no-light",
+                None,
+                message,
+            ));
+        }
         let lost = self.lost_samples(&name, &rendered);
         report.outcome = report.outcome.max(lost);
         if rendered.report.cancelled {

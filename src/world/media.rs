@@ -49,6 +49,19 @@ impl World {
         }
     }
 
+    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`: through
+    /// media and null surfaces, not through anything else. Adds the rays it traced to `n_rays`.
+    pub fn transmittance_along(
+        &self,
+        ray: Ray,
+        medium: MediumId,
+        t_max: f32,
+        rng: &mut Rng,
+        n_rays: &mut u64,
+    ) -> Rgb {
+        self.transmittance_where(ray, medium, t_max, |_, _| true, rng, n_rays)
+    }
+
     /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`:
     /// through media and null surfaces, not through anything else. `counts` leaves out the surface aimed at.
     /// Adds the rays it traced to `n_rays`.
