@@ -1,11 +1,11 @@
 //! Which medium a path is in, and how much light passes through media and invisible boundaries.
 
 use crate::ids::MediumId;
-use crate::math::{Normal3, Ray, Vec3};
+use crate::math::{Normal3, Vec3};
 use crate::sampling::rng::Rng;
 use crate::shape::ElementHit;
 use crate::spectrum::Rgb;
-use crate::world::{ElementRef, World, spawn_ray};
+use crate::world::{ElementRef, Hit, Segment, World, spawn_ray};
 
 /// The media on the two sides of a surface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -49,43 +49,31 @@ impl World {
         }
     }
 
-    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`: through
-    /// media and null surfaces, not through anything else. Adds the rays it traced to `n_rays`.
+    /// Unbiased estimate of the light that passes along a segment that starts in `medium`: through media and null
+    /// surfaces, not through anything else. Adds the rays it traced to `n_rays`.
     pub fn transmittance_along(
         &self,
-        ray: Ray,
-        medium: MediumId,
-        t_max: f32,
-        rng: &mut Rng,
-        n_rays: &mut u64,
-    ) -> Rgb {
-        self.transmittance_where(ray, medium, t_max, |_, _| true, rng, n_rays)
-    }
-
-    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`:
-    /// through media and null surfaces, not through anything else. `counts` leaves out the surface aimed at.
-    /// Adds the rays it traced to `n_rays`.
-    pub(super) fn transmittance_where(
-        &self,
-        mut ray: Ray,
+        segment: &Segment,
         mut medium: MediumId,
-        mut t_max: f32,
-        counts: impl Fn(ElementRef, &ElementHit) -> bool,
         rng: &mut Rng,
         n_rays: &mut u64,
     ) -> Rgb {
+        let Segment {
+            mut ray, mut t_max, ..
+        } = *segment;
         let mut tr = Rgb::ONE;
         let mut travelled = 0.0;
         let target = t_max.is_finite().then(|| ray.at(t_max));
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             *n_rays += 1;
-            let hit = self.closest_where(&ray, t_max, |target, at| {
-                let from_start = ElementHit {
-                    t: travelled + at.t,
-                    ..*at
+            let hit = self.closest_where(&ray, t_max, |hit| {
+                let t = travelled + hit.at.t;
+                let from_start = Hit {
+                    at: ElementHit { t, ..hit.at },
+                    ..*hit
                 };
-                counts(target, &from_start)
+                self.stands_between(segment, &from_start)
             });
             if let Some(hit) = &hit
                 && self.geometry(hit.target.geometry).material.is_some()
