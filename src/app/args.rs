@@ -201,6 +201,10 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub(super) max_mean_ratio_error: Option<f64>,
 
+    /// Take A for the part of the frame that B shows, whatever its file says; sizes must agree
+    #[arg(long)]
+    pub(super) same_window: bool,
+
     /// Peak of the PSNR, instead of the largest value of B
     #[arg(long, value_name = "X", value_parser = above_zero)]
     pub(super) peak: Option<f64>,

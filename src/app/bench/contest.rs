@@ -114,7 +114,7 @@ impl<'a> Contest<'a> {
         };
         let measured = rendered.and_then(|()| {
             if picture.is_file() {
-                self.compare(&picture, &scene.reference, &mut run)
+                self.compare(&picture, &scene.reference, renderer, &mut run)
             } else {
                 Err("it wrote no picture".to_owned())
             }
@@ -219,13 +219,23 @@ impl<'a> Contest<'a> {
 
     /// In a process of its own: a child's peak memory starts at what its parent holds, so that this program opens no
     /// pictures.
-    fn compare(&self, picture: &Path, reference: &Path, run: &mut Run) -> Result<(), String> {
+    fn compare(
+        &self,
+        picture: &Path,
+        reference: &Path,
+        renderer: Renderer<'_>,
+        run: &mut Run,
+    ) -> Result<(), String> {
         let mut command = Command::new(&self.program);
         command
             .arg("compare")
             .arg(picture)
             .arg(reference)
             .args(["--json", "-", "--quiet"]);
+        if matches!(renderer, Renderer::Peer(_)) {
+            // Not every renderer tells where in the frame a crop window lies.
+            command.arg("--same-window");
+        }
         let output = command.stdin(Stdio::null()).output();
         let output = output.map_err(|error| format!("cannot compare: {}", reason(&error)))?;
         let report: Value = serde_json::from_slice(&output.stdout)

@@ -15,6 +15,8 @@ const SIZE: (u32, u32) = (640, 420);
 const ROW: u32 = 26;
 const FRAME: u32 = 120;
 const WIDTH: u32 = 760;
+/// Numbers along an axis, about.
+const N_LABELS: usize = 8;
 const FONT: &str = "sans-serif";
 const GREY: RGBColor = RGBColor(120, 120, 120);
 
@@ -91,7 +93,9 @@ pub(super) fn scene(summary: &SceneSummary, runs: &[Run]) -> Result<Option<Strin
             .label_style((FONT, 13))
             .axis_desc_style((FONT, 14))
             .bold_line_style(GREY.mix(0.35))
-            .light_line_style(GREY.mix(0.1))
+            .light_line_style(TRANSPARENT)
+            .x_labels(N_LABELS)
+            .y_labels(N_LABELS)
             .draw()?;
         for (series, colour) in series.iter().zip(COLOURS.iter().cycle()) {
             if series.line.is_empty() {
@@ -99,11 +103,13 @@ pub(super) fn scene(summary: &SceneSummary, runs: &[Run]) -> Result<Option<Strin
             }
             let line = LineSeries::new(series.line.iter().copied(), colour.stroke_width(2));
             chart
-                .draw_series(line.point_size(4))?
+                .draw_series(line)?
                 .label(series.name)
                 .legend(move |(x, y)| Circle::new((x + 10, y), 4, colour.filled()));
-            let dots = series.runs.iter();
-            chart.draw_series(dots.map(|&at| Circle::new(at, 2, colour.mix(0.6).filled())))?;
+            let means = series.line.iter();
+            chart.draw_series(means.map(|&at| Circle::new(at, 4, colour.filled())))?;
+            let runs = series.runs.iter();
+            chart.draw_series(runs.map(|&at| Circle::new(at, 2, colour.mix(0.6))))?;
         }
         chart
             .configure_series_labels()
@@ -128,12 +134,13 @@ pub(super) fn efficiencies(
     let Some(x) = range(values.chain([1.0])).filter(|_| all().next().is_some()) else {
         return Ok(None);
     };
+    // The legend has rows of its own on top; then comes the first scene.
     let n_rows = scenes.len() as i32;
-    // The first scene on top.
+    let n_all = n_rows + names.len() as i32;
     let row = |i: usize| SegmentValue::CenterOf(n_rows - 1 - i as i32);
     let mut svg = String::new();
     {
-        let size = (WIDTH, FRAME + ROW * scenes.len() as u32);
+        let size = (WIDTH, FRAME + ROW * n_all.unsigned_abs());
         let root = SVGBackend::with_string(&mut svg, size).into_drawing_area();
         root.fill(&WHITE)?;
         let mut chart = ChartBuilder::on(&root)
@@ -142,7 +149,7 @@ pub(super) fn efficiencies(
             .margin_right(24)
             .x_label_area_size(44)
             .y_label_area_size(190)
-            .build_cartesian_2d(x.clone().log_scale(), (0..n_rows).into_segmented())?;
+            .build_cartesian_2d(x.clone().log_scale(), (0..n_all).into_segmented())?;
         let name_of_row = |value: &SegmentValue<i32>| match value {
             SegmentValue::CenterOf(row) => usize::try_from(n_rows - 1 - row)
                 .ok()
@@ -153,14 +160,14 @@ pub(super) fn efficiencies(
         chart
             .configure_mesh()
             .disable_y_mesh()
-            .y_labels(scenes.len() + 1)
+            .y_labels(n_all.unsigned_abs() as usize + 1)
             .x_desc("ratio of 1 / (processor seconds x mean squared error); right is better")
             .x_label_formatter(&|x| number(*x))
             .y_label_formatter(&name_of_row)
             .label_style((FONT, 13))
             .axis_desc_style((FONT, 14))
             .bold_line_style(GREY.mix(0.35))
-            .light_line_style(GREY.mix(0.1))
+            .light_line_style(TRANSPARENT)
             .draw()?;
         let equal = [SegmentValue::Exact(0), SegmentValue::Last].map(|row| (1.0, row));
         chart.draw_series(LineSeries::new(equal, BLACK.stroke_width(2)))?;
@@ -187,7 +194,7 @@ pub(super) fn efficiencies(
         }
         chart
             .configure_series_labels()
-            .position(SeriesLabelPosition::LowerRight)
+            .position(SeriesLabelPosition::UpperRight)
             .label_font((FONT, 14))
             .background_style(WHITE.mix(0.85))
             .border_style(GREY.mix(0.4))
