@@ -478,12 +478,12 @@ fn a_picture_that_does_not_say_where_it_is_can_be_put_in_its_place() {
     };
     desk.put_crop("crop.exr", &full, window);
     desk.put_full("lost.exr", full.crop(window).expect("it is inside"));
-    let run = desk.run("lost.exr crop.exr");
+    let run = desk.run("compare lost.exr crop.exr");
     assert_eq!(run.code, Some(3), "{}", run.stderr);
-    let run = desk.run("lost.exr crop.exr --same-window --max-mse 0");
+    let run = desk.run("compare lost.exr crop.exr --same-window --max-mse 0");
     assert_eq!(run.code, Some(0), "{}", run.stderr);
     desk.put_full("full.exr", full);
-    let run = desk.run("full.exr crop.exr --same-window");
+    let run = desk.run("compare full.exr crop.exr --same-window");
     assert_eq!(run.code, Some(3));
     assert!(
         run.stderr.contains("A has 4x4 pixels, B 3x2"),

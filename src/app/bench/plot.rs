@@ -15,8 +15,8 @@ const SIZE: (u32, u32) = (640, 420);
 const ROW: u32 = 26;
 const FRAME: u32 = 120;
 const WIDTH: u32 = 760;
-/// Numbers along an axis, about.
-const N_LABELS: usize = 8;
+/// Most lines along an axis; those of 1, 2, 3 and 5 are labelled.
+const N_LINES: usize = 40;
 const FONT: &str = "sans-serif";
 const GREY: RGBColor = RGBColor(120, 120, 120);
 
@@ -88,14 +88,14 @@ pub(super) fn scene(summary: &SceneSummary, runs: &[Run]) -> Result<Option<Strin
             .configure_mesh()
             .x_desc("processor seconds")
             .y_desc("mean squared error")
-            .x_label_formatter(&|x| number(*x))
-            .y_label_formatter(&|y| number(*y))
+            .x_label_formatter(&|x| label(*x))
+            .y_label_formatter(&|y| label(*y))
             .label_style((FONT, 13))
             .axis_desc_style((FONT, 14))
             .bold_line_style(GREY.mix(0.35))
             .light_line_style(TRANSPARENT)
-            .x_labels(N_LABELS)
-            .y_labels(N_LABELS)
+            .x_labels(N_LINES)
+            .y_labels(N_LINES)
             .draw()?;
         for (series, colour) in series.iter().zip(COLOURS.iter().cycle()) {
             if series.line.is_empty() {
@@ -160,9 +160,10 @@ pub(super) fn efficiencies(
         chart
             .configure_mesh()
             .disable_y_mesh()
+            .x_labels(N_LINES)
             .y_labels(n_all.unsigned_abs() as usize + 1)
             .x_desc("ratio of 1 / (processor seconds x mean squared error); right is better")
-            .x_label_formatter(&|x| number(*x))
+            .x_label_formatter(&|x| label(*x))
             .y_label_formatter(&name_of_row)
             .label_style((FONT, 13))
             .axis_desc_style((FONT, 14))
@@ -217,6 +218,17 @@ fn range(values: impl Iterator<Item = f64> + Clone) -> Option<Range<f64>> {
     Some(least / ROOM..greatest * ROOM)
 }
 
+/// The number beside a line of a logarithmic axis; nothing where it would be too close to the next.
+fn label(value: f64) -> String {
+    let digit = (value / 10f64.powf(value.log10().floor())).round();
+    // A power of ten may have been rounded down.
+    if [1.0, 2.0, 3.0, 5.0, 10.0].contains(&digit) {
+        number(value)
+    } else {
+        String::new()
+    }
+}
+
 /// As short as it can be.
 fn number(value: f64) -> String {
     if (1e-3..1e4).contains(&value) {
@@ -230,13 +242,15 @@ fn number(value: f64) -> String {
 
 #[cfg(test)]
 mod tests {
-    use super::{number, range};
+    use super::{label, number, range};
 
     #[test]
     fn labels_are_short() {
         assert_eq!(number(0.1 + 0.2), "0.3");
         assert_eq!(number(20.0), "20");
         assert_eq!(number(1e-5), "1e-5");
+        let labels = [0.01, 0.02, 0.04, 0.1 + 0.2, 7.0, 1000.0].map(label);
+        assert_eq!(labels, ["0.01", "0.02", "", "0.3", "", "1000"]);
     }
 
     #[test]
