@@ -3,7 +3,10 @@
 use std::error::Error;
 use std::ops::Range;
 
-use plotters::prelude::*;
+use plotters::prelude::{
+    BLACK, ChartBuilder, Circle, Color, IntoDrawingArea, IntoLogRange, IntoSegmentedCoord,
+    LineSeries, RGBColor, SVGBackend, SegmentValue, SeriesLabelPosition, TRANSPARENT, WHITE,
+};
 
 use super::contest::Run;
 use super::suite::OURS;
