@@ -13,7 +13,7 @@ use super::compare::EXIT_STATUS_HELP as COMPARE_EXIT_STATUS_HELP;
 use super::outcome::EXIT_STATUS_HELP;
 
 /// More than any machine has cores: tens of thousands would bring it to a halt before they render a pixel.
-const MAX_THREADS: i64 = 1024;
+pub(super) const MAX_THREADS: u16 = 1024;
 
 const INPUT_HELP: &str = "\
 Without FILE, or for the FILE -, standard input is read. Several files are one stream of directives;
@@ -78,7 +78,7 @@ pub(super) struct LowArgs {
         value_name = "N",
         default_value_t = 0,
         hide_default_value = true,
-        value_parser = clap::value_parser!(u16).range(..=MAX_THREADS)
+        value_parser = clap::value_parser!(u16).range(..=i64::from(MAX_THREADS))
     )]
     pub(super) nthreads: u16,
 

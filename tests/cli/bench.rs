@@ -211,6 +211,7 @@ fn faults_of_a_suite_are_located_and_nothing_is_run() {
     );
     says("seeds = \"two\"\n", "s.toml:1:9");
     says("title = \"none\"\n", "the suite has no [[scene]]");
+    says(&format!("{SCENE}{SCENE}"), "s.toml:6:8");
     let scene = "[[scene]]\nname = \"a\"\nfile = \"a.pbrt\"\nreferense = \"a.exr\"\n";
     says(scene, "did you mean \"reference\"?");
     says(scene, "s.toml:4:1");

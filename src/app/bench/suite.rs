@@ -13,6 +13,7 @@ use tyndall_parser::schema;
 use tyndall_parser::source::Sources;
 
 use super::keys::{Reader, Table};
+use crate::app::args::MAX_THREADS;
 use crate::app::files;
 
 /// The name of our own runs; no peer may have it.
@@ -140,7 +141,7 @@ impl Reader {
         let title = self.string(&mut table, "title").unwrap_or_default();
         let spp = self.counts(&mut table, "spp").unwrap_or(SPP.to_vec());
         let seeds = self.count(&mut table, "seeds", MAX_SEEDS).unwrap_or(1);
-        let threads = self.count(&mut table, "threads", u16::MAX.into());
+        let threads = self.count(&mut table, "threads", MAX_THREADS.into());
         let timeout = self.count(&mut table, "timeout", u32::MAX);
         let mut place = |key, given: &Option<PathBuf>, reader: &mut Self| {
             let named = reader.string(&mut table, key).unwrap_or_default();
@@ -152,11 +153,11 @@ impl Reader {
         };
         let scene_directory = place("scenes", &given.scenes, self);
         let reference_directory = place("references", &given.references, self);
-        let scenes = self.tables(&mut table, "scene");
-        let scenes = scenes
-            .into_iter()
-            .filter_map(|scene| self.scene(scene, &scene_directory, &reference_directory));
-        let scenes: Vec<Scene> = scenes.collect();
+        let mut scenes: Vec<Scene> = Vec::new();
+        for scene in self.tables(&mut table, "scene") {
+            let is_taken = |name: &str| scenes.iter().any(|scene| scene.name == name);
+            scenes.extend(self.scene(scene, &scene_directory, &reference_directory, is_taken));
+        }
         let peers = self.named_tables(&mut table, "peer", "a peer");
         let peers = peers
             .into_iter()
@@ -172,7 +173,8 @@ impl Reader {
             spp,
             seeds,
             threads: threads.unwrap_or_else(|| {
-                std::thread::available_parallelism().map_or(1, |n| n.get() as u32)
+                let cores = std::thread::available_parallelism().map_or(1, usize::from);
+                cores.min(MAX_THREADS.into()) as u32
             }),
             timeout: Duration::from_secs(timeout.unwrap_or(TIMEOUT_SECONDS).into()),
             scenes,
@@ -180,8 +182,23 @@ impl Reader {
         })
     }
 
-    fn scene(&mut self, mut table: Table<'_>, scenes: &Path, references: &Path) -> Option<Scene> {
-        let name = self.needed(&mut table, "name");
+    fn scene(
+        &mut self,
+        mut table: Table<'_>,
+        scenes: &Path,
+        references: &Path,
+        is_taken: impl Fn(&str) -> bool,
+    ) -> Option<Scene> {
+        let name = self.needed_value(&mut table, "name");
+        let name = name.and_then(|name| {
+            let span = name.span();
+            let name = self.text(name, "name")?;
+            if is_taken(&name) {
+                let message = format!("there is a scene \"{name}\" already");
+                self.error("same-name", span, message);
+            }
+            Some(name)
+        });
         let file = self.needed(&mut table, "file");
         let reference = self.needed(&mut table, "reference");
         let reference_noise = self.number(&mut table, "reference_noise");

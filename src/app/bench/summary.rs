@@ -136,14 +136,14 @@ impl RendererSummary {
         let mut counts: Vec<u32> = own().map(|run| run.spp).collect();
         counts.sort_unstable();
         counts.dedup();
-        let points: Vec<Point> = own()
+        let mut points: Vec<Point> = own()
             .filter_map(|run| {
-                Some(Point {
-                    spp: run.spp,
-                    mse: run.mse?,
-                })
+                let (spp, mse) = (run.spp, run.mse?);
+                Some(Point { spp, mse })
             })
             .collect();
+        // A renderer without seeds makes the same picture again, which makes nothing more certain.
+        points.dedup();
         let texts = |text: fn(&Run) -> Option<&String>| {
             let mut texts: Vec<String> = own().filter_map(text).cloned().collect();
             texts.sort();
