@@ -1,5 +1,7 @@
 //! `tyndall bench`: suites, peers, figures and what they are taken to mean.
 
+use std::collections::BTreeSet;
+
 use serde_json::Value;
 
 use crate::room::{Room, Run, ball};
@@ -247,4 +249,54 @@ fn what_is_not_there_is_skipped_and_directories_may_be_given() {
     room.run("bench suites/suite.toml --only bal")
         .ends_with(1)
         .says("no scene \"bal\"");
+}
+
+/// The names of all fields of a value.
+fn names(value: &Value, found: &mut BTreeSet<String>) {
+    for (name, value) in value.as_object().into_iter().flatten() {
+        found.insert(name.clone());
+        names(value, found);
+    }
+    for element in value.as_array().into_iter().flatten() {
+        names(element, found);
+    }
+}
+
+#[test]
+fn the_manual_names_every_option_and_every_field_of_the_report() {
+    let manual = include_str!("../../docs/cli.md");
+    let (_, manual) = manual.split_once("## Benchmarks").expect("a section");
+    let (manual, _) = manual.split_once("## Report").expect("the next section");
+    let room = gallery();
+    let help = room.run("bench --help").ends_with(0).stdout;
+    let options: Vec<&str> = help
+        .split_whitespace()
+        .filter(|word| word.starts_with("--"))
+        .collect();
+    assert!(options.len() >= 8, "{help}");
+    for option in options {
+        assert!(
+            manual.contains(&format!("`{option}")),
+            "docs/cli.md lacks {option}"
+        );
+    }
+    let suite = format!(
+        "spp = [1, 2]\n{SCENE}{}[peer.same.known.third]\nsource = \"a table\"\n\
+         [[scene]]\nname = \"gone\"\nfile = \"gone\"\nreference = \"gone\"\n",
+        peer("same", "{scene}"),
+    );
+    let mut found = BTreeSet::new();
+    names(&results(&room, &suite, 3), &mut found);
+    assert!(
+        found.contains("floor_share") && found.contains("why"),
+        "{found:?}"
+    );
+    for name in found {
+        let is_named = ["`", "`.", "`[].", "[].", "`….", "."].iter().any(|before| {
+            ["`", "[]`", ".", "[]."]
+                .iter()
+                .any(|after| manual.contains(&format!("{before}{name}{after}")))
+        });
+        assert!(is_named, "docs/cli.md lacks {name}");
+    }
 }
