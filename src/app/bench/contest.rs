@@ -120,6 +120,10 @@ impl<'a> Contest<'a> {
             }
         });
         run.failure = measured.err();
+        if self.interrupt.is_wanted() {
+            // The signal that is meant for us may have ended the child too.
+            return;
+        }
         self.console.note(&run.text());
         self.runs.push(run);
     }
