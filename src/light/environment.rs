@@ -3,29 +3,27 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
-use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use crate::image::Image;
-use crate::sampling::cumulative::Cumulative;
+use crate::light::patch_choice::{Drawn, PatchChoice};
 use crate::spectrum::Rgb;
 
 /// A latitude–longitude map, looked up bilinearly, with a sampler whose density is proportional to the luminance of
-/// that look-up times the mean sine of the polar angle in each row.
+/// that look-up times the mean sine of the polar angle in each row, or nearly so where both hardly change.
 ///
 /// The map is cut into *patches*: patch (i, j) lies between the centres of texels (i, j), (i+1, j), (i, j+1) and
-/// (i+1, j+1), wrapping in both directions, so that in each the look-up is one bilinear function. A patch is chosen
-/// by inverting cumulative sums, which keeps the strata of the random numbers, then a point in it exactly.
+/// (i+1, j+1), wrapping in both directions, so that in each the look-up is one bilinear function. Where the map is
+/// uneven a patch is chosen by inverting cumulative sums, which keeps the strata of the random numbers, then a point in
+/// it exactly; see [`PatchChoice`].
 #[derive(Clone, Debug)]
 pub(super) struct EnvironmentMap {
     /// Row by row, the top row first.
     texels: Vec<[f32; 3]>,
     width: usize,
     height: usize,
-    /// Sums over the rows of patches.
-    rows: Cumulative,
-    /// Sums within each row, one row after the other.
-    columns: Vec<Cumulative>,
+    choice: PatchChoice,
     /// Mean of sin θ over each row of patches.
     sines: Vec<f32>,
     /// 1 / mean over the unit square of luminance times sine.
@@ -46,6 +44,7 @@ pub(super) struct MapSample {
 /// The four corners of a patch and a place in it.
 struct Patch {
     corners: [Rgb; 4],
+    column: usize,
     row: usize,
 }
 
@@ -54,6 +53,15 @@ impl Patch {
     fn value(&self, x: f32, y: f32) -> Rgb {
         let [c00, c10, c01, c11] = self.corners;
         (c00 * (1.0 - x) + c10 * x) * (1.0 - y) + (c01 * (1.0 - x) + c11 * x) * y
+    }
+
+    /// A point in proportion to its luminance: first y, then x given y.
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> [f32; 2] {
+        let [l00, l10, l01, l11] = self.corners.map(Rgb::luminance);
+        let y = sample_linear(u[1], l00 + l10, l01 + l11);
+        let x = sample_linear(u[0], l00 + y * (l01 - l00), l10 + y * (l11 - l10));
+        [x, y]
     }
 }
 
@@ -84,34 +92,18 @@ impl EnvironmentMap {
         let luminance = |x: usize, y: usize| {
             Rgb::from_array(texels[(y % height) * width + x % width]).luminance() as f64
         };
-        let rows: Vec<(Cumulative, f64)> = (0..height)
-            .into_par_iter()
-            .map(|y| {
-                let weights: Vec<f64> = (0..width)
-                    .map(|x| {
-                        0.25 * (luminance(x, y)
-                            + luminance(x + 1, y)
-                            + luminance(x, y + 1)
-                            + luminance(x + 1, y + 1))
-                    })
-                    .collect();
-                (
-                    Cumulative::new(&weights),
-                    weights.iter().sum::<f64>() * sines[y],
-                )
-            })
-            .collect();
-        let (columns, sums): (Vec<Cumulative>, Vec<f64>) = rows.into_iter().unzip();
-        let total: f64 = sums.iter().sum();
-        if !(total > 0.0) {
-            return None;
-        }
+        let choice = PatchChoice::new(width, height, |x, y| {
+            let corners = luminance(x, y)
+                + luminance(x + 1, y)
+                + luminance(x, y + 1)
+                + luminance(x + 1, y + 1);
+            0.25 * corners * sines[y]
+        })?;
         let mean = mean_over_sphere(&texels, width, &sines);
         Some(Self {
-            rows: Cumulative::new(&sums),
-            columns,
+            inverse_mean: (1.0 / choice.mean()) as f32,
+            choice,
             sines: sines.iter().map(|&s| s as f32).collect(),
-            inverse_mean: ((width * height) as f64 / total) as f32,
             texels,
             width,
             height,
@@ -135,7 +127,11 @@ impl EnvironmentMap {
             texel(column, y1),
             texel(x1, y1),
         ];
-        Patch { corners, row }
+        Patch {
+            corners,
+            column,
+            row,
+        }
     }
 
     /// The patch a direction lies in, and where. At the poles the top and the bottom row of texels blend, as in
@@ -163,7 +159,10 @@ impl EnvironmentMap {
         if sin_theta <= 0.0 {
             return 0.0; // A pole: no solid angle.
         }
-        let pdf_st = value.luminance() * self.sines[patch.row] * self.inverse_mean;
+        let pdf_st = match self.choice.even_density(patch.column, patch.row) {
+            Some(density) => density,
+            None => value.luminance() * self.sines[patch.row] * self.inverse_mean,
+        };
         pdf_st / (2.0 * PI * PI * sin_theta)
     }
 
@@ -185,17 +184,18 @@ impl EnvironmentMap {
     /// Draws a direction.
     #[inline]
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<MapSample> {
-        let (row, v) = self.rows.sample(u[1]);
-        let (column, u) = self.columns[row].sample(u[0]);
-        let patch = self.patch(column, row);
-        // A point of the patch in proportion to its luminance: first y, then x given y.
-        let [l00, l10, l01, l11] = patch.corners.map(Rgb::luminance);
-        let y = sample_linear(v, l00 + l10, l01 + l11);
-        let x = sample_linear(u, l00 + y * (l01 - l00), l10 + y * (l11 - l10));
+        let (patch, [x, y]) = match self.choice.sample(u) {
+            Drawn::Point { column, row, at } => (self.patch(column, row), at),
+            Drawn::Patch { column, row, u } => {
+                let patch = self.patch(column, row);
+                let at = patch.sample(u);
+                (patch, at)
+            }
+        };
         let value = patch.value(x, y);
-        let t = (row as f32 + 0.5 + y) / self.height as f32;
+        let t = (patch.row as f32 + 0.5 + y) / self.height as f32;
         let t = if t > 1.0 { t - 1.0 } else { t };
-        let s = (column as f32 + 0.5 + x) / self.width as f32;
+        let s = (patch.column as f32 + 0.5 + x) / self.width as f32;
         let (sin_theta, cos_theta) = (t * PI).sin_cos();
         let (sin_phi, cos_phi) = (s * TAU).sin_cos();
         let pdf_w = self.pdf_w(&patch, value, sin_theta);

@@ -1,0 +1,299 @@
+//! Choosing a patch of a map in proportion to its weight, with little memory to look through.
+//!
+//! The patches are gathered in square *cells*, about 64 side by side. Where a cell is even, as most of a sky is, it is
+//! one constant of the density, and a point is anywhere in it; where it is not, a patch of it is chosen exactly. Light
+//! over density then varies within an even cell by at most [`EVEN`], and the tables that are read stay in the caches
+//! nearest to the core.
+
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use crate::sampling::cumulative::Cumulative;
+
+/// Cells side by side in a map, at most.
+const CELLS: usize = 64;
+/// Largest weight of a patch over the mean of its cell, if the cell is to be even.
+const EVEN: f64 = 1.25;
+
+/// A discrete distribution over the patches of a map, whose density over the map is known everywhere.
+#[derive(Clone, Debug)]
+pub(super) struct PatchChoice {
+    width: usize,
+    height: usize,
+    /// Patches along the side of a cell.
+    side: usize,
+    /// Sums over the rows of cells.
+    rows: Cumulative,
+    /// Sums within each row of cells.
+    columns: Vec<Cumulative>,
+    /// Row by row.
+    cells: Vec<Cell>,
+    /// Of the cells that are not even.
+    tables: Vec<Table>,
+    /// Mean weight of a patch.
+    mean: f64,
+}
+
+#[derive(Clone, Copy, Debug)]
+enum Cell {
+    /// Density of its points relative to that of uniform ones.
+    Even(f32),
+    /// Index of its table.
+    Uneven(u32),
+}
+
+#[derive(Clone, Debug)]
+struct Table {
+    rows: Cumulative,
+    columns: Vec<Cumulative>,
+}
+
+/// A place that was drawn.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) enum Drawn {
+    /// A point of an even cell: the patch and the place in it, in [0, 1)².
+    Point {
+        column: usize,
+        row: usize,
+        at: [f32; 2],
+    },
+    /// A patch, chosen in proportion to its weight; `u` is left for a point in it, uniform in [0, 1)².
+    Patch {
+        column: usize,
+        row: usize,
+        u: [f32; 2],
+    },
+}
+
+/// What is known of a cell before the whole is.
+struct Summed {
+    sum: f64,
+    largest: f64,
+    n_patches: usize,
+}
+
+impl PatchChoice {
+    /// Over `width` × `height` patches with non-negative finite weights. `None` if all are 0.
+    pub(super) fn new(
+        width: usize,
+        height: usize,
+        weight: impl Fn(usize, usize) -> f64 + Sync,
+    ) -> Option<Self> {
+        let side = width.div_ceil(CELLS);
+        let [n_columns, n_rows] = [width, height].map(|n| n.div_ceil(side));
+        let span = |cell: usize, n: usize| cell * side..n.min((cell + 1) * side);
+        let weights_of = |cell: usize| {
+            let (columns, rows) = (
+                span(cell % n_columns, width),
+                span(cell / n_columns, height),
+            );
+            let weight = &weight;
+            rows.map(move |y| {
+                columns
+                    .clone()
+                    .map(move |x| weight(x, y))
+                    .collect::<Vec<f64>>()
+            })
+        };
+        let summed: Vec<Summed> = (0..n_columns * n_rows)
+            .into_par_iter()
+            .map(|cell| {
+                let mut summed = Summed {
+                    sum: 0.0,
+                    largest: 0.0,
+                    n_patches: 0,
+                };
+                for row in weights_of(cell) {
+                    summed.sum += row.iter().sum::<f64>();
+                    summed.largest = row.iter().copied().fold(summed.largest, f64::max);
+                    summed.n_patches += row.len();
+                }
+                summed
+            })
+            .collect();
+        let total: f64 = summed.iter().map(|cell| cell.sum).sum();
+        if !(total > 0.0) {
+            return None;
+        }
+        let mean = total / (width * height) as f64;
+        let is_even = |cell: &Summed| cell.largest * cell.n_patches as f64 <= EVEN * cell.sum;
+        let uneven: Vec<usize> = (0..summed.len())
+            .filter(|&i| !is_even(&summed[i]))
+            .collect();
+        let tables = uneven
+            .into_par_iter()
+            .map(|cell| {
+                let rows: Vec<Vec<f64>> = weights_of(cell).collect();
+                let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
+                Table {
+                    rows: Cumulative::new(&sums),
+                    columns: rows.iter().map(|row| Cumulative::new(row)).collect(),
+                }
+            })
+            .collect();
+        let mut n_tables = 0;
+        let cells = summed
+            .iter()
+            .map(|cell| {
+                if is_even(cell) {
+                    return Cell::Even((cell.sum / cell.n_patches as f64 / mean) as f32);
+                }
+                n_tables += 1;
+                Cell::Uneven(n_tables - 1)
+            })
+            .collect();
+        let rows: Vec<Vec<f64>> = summed
+            .chunks(n_columns)
+            .map(|row| row.iter().map(|cell| cell.sum).collect())
+            .collect();
+        let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
+        Some(Self {
+            width,
+            height,
+            side,
+            rows: Cumulative::new(&sums),
+            columns: rows.iter().map(|row| Cumulative::new(row)).collect(),
+            cells,
+            tables,
+            mean,
+        })
+    }
+
+    /// Mean weight of a patch: what weights are divided by for the density of points in uneven cells.
+    pub(super) fn mean(&self) -> f64 {
+        self.mean
+    }
+
+    /// Density of points, relative to that of uniform ones, in the cell of a patch if the cell is even. Otherwise it is
+    /// what the patch's weight says.
+    #[inline]
+    pub(super) fn even_density(&self, column: usize, row: usize) -> Option<f32> {
+        match self.cells[row / self.side * self.columns_of_cells() + column / self.side] {
+            Cell::Even(density) => Some(density),
+            Cell::Uneven(_) => None,
+        }
+    }
+
+    #[inline]
+    fn columns_of_cells(&self) -> usize {
+        self.width.div_ceil(self.side)
+    }
+
+    /// Draws a place.
+    #[inline]
+    pub(super) fn sample(&self, u: [f32; 2]) -> Drawn {
+        let (cell_row, v) = self.rows.sample(u[1]);
+        let (cell_column, u) = self.columns[cell_row].sample(u[0]);
+        let (left, top) = (cell_column * self.side, cell_row * self.side);
+        match self.cells[cell_row * self.columns_of_cells() + cell_column] {
+            Cell::Even(_) => {
+                let along = |u: f32, first: usize, n: usize| {
+                    let length = self.side.min(n - first);
+                    let place = u * length as f32;
+                    let patch = (place as usize).min(length - 1);
+                    (first + patch, place - patch as f32)
+                };
+                let (column, x) = along(u, left, self.width);
+                let (row, y) = along(v, top, self.height);
+                let at = [x, y];
+                Drawn::Point { column, row, at }
+            }
+            Cell::Uneven(table) => {
+                let table = &self.tables[table as usize];
+                let (row, v) = table.rows.sample(v);
+                let (column, u) = table.columns[row].sample(u);
+                Drawn::Patch {
+                    column: left + column,
+                    row: top + row,
+                    u: [u, v],
+                }
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Rng;
+
+    /// A sky with a sun, an edge and nothing below.
+    fn weight(x: usize, y: usize) -> f64 {
+        let sky = 1.0 + 0.1 * (x as f64 * 0.02).sin();
+        match (x, y) {
+            (_, 150..) => 0.0,
+            (40, 17) => 5000.0,
+            (200.., _) => 3.0 * sky,
+            _ => sky,
+        }
+    }
+
+    const WIDTH: usize = 300;
+    const HEIGHT: usize = 170;
+
+    #[test]
+    fn places_are_drawn_by_their_density() {
+        let choice = PatchChoice::new(WIDTH, HEIGHT, weight).expect("it is not black");
+        let mean = (0..WIDTH * HEIGHT)
+            .map(|i| weight(i % WIDTH, i / WIDTH))
+            .sum::<f64>()
+            / (WIDTH * HEIGHT) as f64;
+        assert!((choice.mean() / mean - 1.0).abs() < 1e-12);
+        let density = |x: usize, y: usize| {
+            choice
+                .even_density(x, y)
+                .map_or(weight(x, y) / mean, f64::from)
+        };
+        let total: f64 = (0..WIDTH * HEIGHT)
+            .map(|i| density(i % WIDTH, i / WIDTH))
+            .sum();
+        assert!(
+            (total / (WIDTH * HEIGHT) as f64 - 1.0).abs() < 1e-6,
+            "{total}"
+        );
+        // In blocks of 10 × 10 patches: counts by their expectation.
+        let n = 1 << 20;
+        let mut counts = vec![0u32; WIDTH / 10 * (HEIGHT / 10)];
+        let mut rng = Rng::new(3);
+        for _ in 0..n {
+            let (column, row, u) = match choice.sample(rng.uniform2()) {
+                Drawn::Point { column, row, at } => (column, row, at),
+                Drawn::Patch { column, row, u } => (column, row, u),
+            };
+            assert!(u.iter().all(|u| (0.0..=1.0).contains(u)));
+            assert!(weight(column, row) > 0.0 || choice.even_density(column, row).is_some());
+            counts[row / 10 * (WIDTH / 10) + column / 10] += 1;
+        }
+        for (i, &count) in counts.iter().enumerate() {
+            let (left, top) = (i % (WIDTH / 10) * 10, i / (WIDTH / 10) * 10);
+            let patches = (0..100).map(|k| density(left + k % 10, top + k / 10));
+            let expected = patches.sum::<f64>() / (WIDTH * HEIGHT) as f64 * f64::from(n);
+            let off = (f64::from(count) - expected).abs();
+            assert!(
+                off <= 5.0 * expected.sqrt() + 1e-3,
+                "{i}: {count} for {expected}"
+            );
+        }
+    }
+
+    #[test]
+    fn light_over_density_is_bounded() {
+        let choice = PatchChoice::new(WIDTH, HEIGHT, weight).expect("it is not black");
+        let mut n_even = 0;
+        for (x, y) in (0..WIDTH * HEIGHT).map(|i| (i % WIDTH, i / WIDTH)) {
+            if let Some(density) = choice.even_density(x, y) {
+                n_even += 1;
+                let ratio = (weight(x, y) / choice.mean()) / f64::from(density).max(1e-30);
+                assert!(ratio <= EVEN * (1.0 + 1e-6), "({x}, {y}): {ratio}");
+            }
+        }
+        assert!(
+            n_even > WIDTH * HEIGHT / 2,
+            "{n_even} patches are in even cells"
+        );
+    }
+
+    #[test]
+    fn a_black_map_has_no_choice() {
+        assert!(PatchChoice::new(8, 4, |_, _| 0.0).is_none());
+    }
+}
