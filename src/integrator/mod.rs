@@ -102,6 +102,7 @@ impl Integrator {
                 let bdpt = Bdpt {
                     max_depth,
                     light_strategy,
+                    visualized: None,
                 };
                 bdpt.li(world, ray, sampler, counters)
             }
