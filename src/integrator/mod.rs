@@ -3,6 +3,7 @@
 pub mod ambient_occlusion;
 pub mod bdpt;
 pub mod direct;
+mod direct_light;
 pub mod footprint;
 pub mod mlt;
 pub mod path;
