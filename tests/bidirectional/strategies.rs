@@ -162,3 +162,24 @@ fn weights_go_before_strategies_and_long_paths_are_lowered_with_a_warning() {
     assert!(lowered(&format!("{strategies}{deep}")));
     assert!(!lowered(strategies) && !lowered(deep));
 }
+
+#[test]
+fn every_film_counts_as_memory() {
+    let needed = |integrator: &str| several_lights(integrator).bytes_needed();
+    let n_strategies = Strategy::all(3).count() as u128;
+    let [plain, shown] = ["\"bdpt\" \"integer maxdepth\" 3", WEIGHTS].map(needed);
+    assert!(
+        shown - plain > n_strategies * 12 * 12 * 32,
+        "{plain}, {shown}"
+    );
+    assert!(plain > needed("\"path\""), "splats");
+    let chains = |n: u32| {
+        needed(&format!(
+            "\"mlt\" \"integer bootstrapsamples\" 1 \"integer chains\" {n}"
+        ))
+    };
+    assert!(
+        chains(1) > chains(1000) + 12 * 12 * 100,
+        "splats of a chain"
+    );
+}
