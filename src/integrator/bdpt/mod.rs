@@ -178,8 +178,8 @@ impl<'a> Tracer<'a> {
     }
 
     /// The light that the light path brings to the film, as means over the full frame: calls `add` with strategies,
-    /// raster positions and what is found. For `n` light paths in all, a pixel's radiance is their sum there times the number of
-    /// pixels of the frame over `n`.
+    /// raster positions and what is found. For `n` light paths in all, a pixel's radiance is their sum there times the
+    /// number of pixels of the frame over `n`.
     pub fn splats(
         &mut self,
         numbers: &mut impl Numbers,
