@@ -78,3 +78,46 @@ fn a_bad_parameter_that_a_shape_overrides_is_reported_where_it_stands_and_once()
         .count();
     assert_eq!(roughness, 1);
 }
+
+#[test]
+fn integrators_tell_of_media_and_of_light_below_surfaces_that_they_leave_out() {
+    let told = |integrator: &str, world: &str| {
+        let scene = format!(
+            "Integrator \"{integrator}\" WorldBegin LightSource \"infinite\" {world} WorldEnd"
+        );
+        let found = findings(&scene).into_iter();
+        let told: Vec<String> = found
+            .filter(|(code, _)| code == "ignored-scattering")
+            .map(|(_, message)| message)
+            .collect();
+        assert!(
+            told.iter().all(|message| message.contains(integrator)),
+            "{told:?}"
+        );
+        told.len()
+    };
+    let fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \
+        MediumInterface \"fog\" \"\" Material \"\" Shape \"sphere\"";
+    let bodies =
+        ["subsurface", "kdsubsurface"].map(|kind| format!("Material \"{kind}\" Shape \"sphere\""));
+    for (integrator, ignores_media, ignores_depth) in [
+        ("path", 1, 0),
+        ("volpath", 0, 0),
+        ("bdpt", 0, 1),
+        ("mlt", 0, 1),
+        ("sppm", 1, 1),
+        ("directlighting", 1, 1),
+        ("whitted", 1, 1),
+        ("ambientocclusion", 1, 1),
+    ] {
+        assert_eq!(told(integrator, "Shape \"sphere\""), 0, "{integrator}");
+        assert_eq!(told(integrator, fog), ignores_media, "{integrator}: media");
+        for body in &bodies {
+            assert_eq!(
+                told(integrator, body),
+                ignores_depth,
+                "{integrator}: {body}"
+            );
+        }
+    }
+}

@@ -535,3 +535,23 @@ fn a_published_caustic_is_as_bright_as_pbrt_makes_it() {
         assert!((ratio - 1.0).abs() < 0.01, "channel {channel}: {ratio}");
     }
 }
+
+#[test]
+fn photons_and_pixels_count_as_memory() {
+    let needed = |photons: u32, pixels: u32| {
+        let scene = still_life(&film(pixels, ""), &sppm(1, 5, photons, 1.0));
+        compile_scene(scene, &CompileOptions::default(), |_| None)
+            .job
+            .bytes_needed()
+    };
+    // A place, a direction and a colour, twice while they are sorted.
+    let (few, many) = (needed(1, 8), needed(1_000_000, 8));
+    assert!(many - few > 2_000_000 * 36, "{few}, {many}");
+    assert_eq!(
+        needed(1 << 30, 8),
+        needed(1 << 29, 8),
+        "batches are bounded"
+    );
+    let large = needed(1, 808);
+    assert!(large - few > 800 * 808 * 100, "{few}, {large}");
+}

@@ -83,6 +83,8 @@ pub(super) struct PictureReport {
     pub(super) outcome: Outcome,
     /// The file that was written.
     pub(super) file: Option<String>,
+    /// Pictures of single strategies that were written beside it.
+    pub(super) strategy_files: Vec<String>,
     pub(super) seconds: PictureSeconds,
     /// Absent if the scene could not be built.
     pub(super) job: Option<JobReport>,

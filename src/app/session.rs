@@ -21,11 +21,13 @@ use super::resources;
 use crate::compile::{Compiled, compile};
 use crate::describe::describe;
 use crate::describe::description::Frame;
+use crate::image::Image;
 use crate::image::codec::{Attribute, Precision};
+use crate::integrator::bdpt::Strategy;
 use crate::render::{Progress, Rendered, Unwatched, render};
 
-/// Bytes that a pixel takes while it is rendered and written: four sums, the picture, its encoding.
-const BYTES_PER_PIXEL: u128 = 32 + 12 + 12;
+/// Bytes that a pixel takes while it is encoded.
+const ENCODED_BYTES_PER_PIXEL: u128 = 12;
 
 /// A run in progress.
 pub(super) struct Session<'a> {
@@ -45,8 +47,14 @@ pub(super) struct Session<'a> {
 struct Picture {
     compiled: Compiled,
     /// `None` if it is only checked.
-    output: Option<Output>,
+    output: Option<Outputs>,
     report: PictureReport,
+}
+
+/// Where a picture goes, and those of single strategies beside it.
+struct Outputs {
+    picture: Output,
+    strategies: Vec<Output>,
 }
 
 /// Why nothing more can be done. It is reported already.
@@ -198,7 +206,7 @@ impl<'a> Session<'a> {
             report.job = Some(JobReport::new(&compiled));
             self.fit_in_memory(&compiled, film).ok()?;
             let output = match self.plan.task {
-                Task::Render => Some(self.output(&compiled, film, film_filename).ok()?),
+                Task::Render => Some(self.outputs(&compiled, film, film_filename).ok()?),
                 Task::Check | Task::Cat => None,
             };
             Some((compiled, output))
@@ -218,21 +226,58 @@ impl<'a> Session<'a> {
     /// Refuses pictures that no swap space would save.
     fn fit_in_memory(&mut self, compiled: &Compiled, film: Span) -> Result<(), Stop> {
         let crop = compiled.job.film.crop;
-        // Three factors of up to 32 bits.
-        let n_bytes = crop.width as u128 * crop.height as u128 * BYTES_PER_PIXEL;
+        let n_pixels = crop.width as u128 * crop.height as u128;
+        let n_bytes = compiled.job.bytes_needed() + n_pixels * ENCODED_BYTES_PER_PIXEL;
         if resources::machine_memory().is_none_or(|memory| n_bytes <= memory.into()) {
             return Ok(());
         }
         let why = format!(
-            "a picture of {} x {} pixels needs {} MiB of memory, more than there is",
+            "a picture of {} x {} pixels by \"{}\" needs {} MiB of memory, more than there is",
             crop.width,
             crop.height,
+            compiled.integrator,
             n_bytes >> 20
         );
         Err(self.stop("too-large", Some(film), why))
     }
 
-    /// Decides where a picture goes, and makes sure that it can go there.
+    /// Decides where a picture and those beside it go, and makes sure that they can go there.
+    fn outputs(
+        &mut self,
+        compiled: &Compiled,
+        film: Span,
+        film_filename: Option<Span>,
+    ) -> Result<Outputs, Stop> {
+        let picture = self.output(compiled, film, film_filename)?;
+        let strategies = compiled.job.visualized_strategies();
+        let strategies = strategies
+            .into_iter()
+            .map(|strategy| self.strategy_output(&picture, strategy, film))
+            .collect::<Result<_, Stop>>()?;
+        Ok(Outputs {
+            picture,
+            strategies,
+        })
+    }
+
+    /// The same for the picture of a strategy.
+    fn strategy_output(
+        &mut self,
+        picture: &Output,
+        strategy: Strategy,
+        film: Span,
+    ) -> Result<Output, Stop> {
+        let Strategy { s, t } = strategy;
+        let name = format!("bdpt_d{:02}_s{s:02}_t{t:02}.exr", strategy.depth());
+        let path = picture.place.name().with_file_name(name);
+        let place = Place::new(&path).map_err(|why| self.stop("unwritable-output", None, why))?;
+        self.take(&path, film);
+        Ok(Output {
+            place,
+            ..picture.clone()
+        })
+    }
+
     fn output(
         &mut self,
         compiled: &Compiled,
@@ -272,6 +317,12 @@ impl<'a> Session<'a> {
                 message,
             ));
         }
+        self.take(path, film);
+        Ok(output)
+    }
+
+    /// Notes that a picture goes to `path`.
+    fn take(&mut self, path: &Path, film: Span) {
         if !self.taken.insert(path.to_owned()) {
             let message = format!("\"{}\" already holds an earlier picture", path.display());
             self.tell(
@@ -279,7 +330,6 @@ impl<'a> Session<'a> {
                     .with_help("the earlier picture is replaced"),
             );
         }
-        Ok(output)
     }
 
     /// Facts for the header of a picture. Nothing that differs between two runs of the same job.
@@ -325,8 +375,8 @@ impl<'a> Session<'a> {
         self.add(report);
     }
 
-    fn render(&mut self, compiled: &Compiled, mut output: Output, report: &mut PictureReport) {
-        let name = output.place.name().display().to_string();
+    fn render(&mut self, compiled: &Compiled, outputs: Outputs, report: &mut PictureReport) {
+        let name = outputs.picture.place.name().display().to_string();
         let start = Instant::now();
         let rendered = {
             let bar = self.console.shows_progress().then(|| Bar::new(&name));
@@ -357,40 +407,62 @@ impl<'a> Session<'a> {
         }
         let incomplete = match report.outcome {
             Outcome::Complete => None,
-            outcome => Some(outcome.explanation()),
-        };
-        output.attributes.extend(incomplete.map(|why| {
-            (
+            outcome => Some((
                 "tyndall/incomplete".to_owned(),
-                Attribute::Text(why.to_owned()),
-            )
-        }));
+                Attribute::Text(outcome.explanation().to_owned()),
+            )),
+        };
 
         let start = Instant::now();
-        let written = output.write(rendered.image);
+        let seconds = report.seconds.render;
+        let how = if rendered.report.cancelled {
+            ", partial"
+        } else {
+            ""
+        };
+        if let Some(name) = self.write(outputs.picture, rendered.image, &incomplete, report) {
+            self.console
+                .note(&format!("wrote {name} ({seconds:.2} s of rendering{how})"));
+            report.file = Some(name);
+        }
+        for (output, image) in outputs.strategies.into_iter().zip(rendered.strategies) {
+            let written = self.write(output, image, &incomplete, report);
+            report.strategy_files.extend(written);
+        }
+        if let [first, .., last] = &report.strategy_files[..] {
+            self.console.note(&format!(
+                "wrote what single strategies find: {first} to {last}"
+            ));
+        }
         report.seconds.write = seconds_since(start);
-        match written {
-            Ok(()) => {
-                let how = if rendered.report.cancelled {
-                    ", partial"
-                } else {
-                    ""
-                };
-                let seconds = report.seconds.render;
-                self.console
-                    .note(&format!("wrote {name} ({seconds:.2} s of rendering{how})"));
-                report.file = Some(name);
-            }
+    }
+
+    /// Writes a picture and returns its name, or reports why it cannot.
+    fn write(
+        &mut self,
+        mut output: Output,
+        image: Image,
+        incomplete: &Option<(String, Attribute)>,
+        report: &mut PictureReport,
+    ) -> Option<String> {
+        output.attributes.extend(incomplete.clone());
+        match output.write(image) {
+            Ok(()) => Some(output.place.name().display().to_string()),
             Err(why) => {
                 self.stop("unwritable-output", None, why);
                 report.outcome = report.outcome.max(Outcome::Failed);
+                None
             }
         }
     }
 
     /// Reports samples that are missing from a picture.
     fn lost_samples(&mut self, name: &str, rendered: &Rendered) -> Outcome {
-        let Rendered { report, image } = rendered;
+        let Rendered {
+            report,
+            image,
+            strategies,
+        } = rendered;
         let mut outcome = Outcome::Complete;
         let mut lost = |code, message| {
             self.tell(Diagnostic::new(Severity::Error, code, None, message));
@@ -415,7 +487,8 @@ impl<'a> Session<'a> {
             lost("stuck-paths", message);
         }
         // Finite samples can still exceed single precision after the film's scale.
-        let n_overflown = image.data().iter().filter(|c| !c.is_finite()).count();
+        let values = strategies.iter().chain([image]).flat_map(Image::data);
+        let n_overflown = values.filter(|c| !c.is_finite()).count();
         if n_overflown > 0 {
             let message = format!("{n_overflown} numbers of {name} are not finite");
             lost("bad-pixels", message);

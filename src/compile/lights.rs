@@ -3,6 +3,7 @@
 use glam::{DMat3, DVec3};
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
+use tyndall_parser::source::{Span, Spanned};
 
 use crate::compile::assets::Assets;
 use crate::compile::media::Media;
@@ -19,7 +20,7 @@ use crate::image::resample::to_powers_of_two;
 use crate::light::{
     DistantLight, GoniometricLight, InfiniteLight, Light, PointLight, ProjectionLight, SpotLight,
 };
-use crate::math::{Point3, Vec3};
+use crate::math::{Point3, Transform, Vec3};
 use crate::spectrum::Rgb;
 use crate::world::WorldParts;
 
@@ -81,6 +82,9 @@ pub(super) fn n_samples(family: Family, entity: &Entity, diagnostics: &mut Diagn
     count.map_or(1, |n| u32::try_from(n).unwrap_or(1).max(1))
 }
 
+/// What stands for a light that cannot be had.
+const LEFT_OUT: &str = "the light is left out";
+
 fn light(
     light: &LightEntity,
     space: &RenderSpace,
@@ -88,115 +92,177 @@ fn light(
     diagnostics: &mut Diagnostics,
 ) -> Option<Light> {
     let entity = &light.entity;
-    const INSTEAD: &str = "the light is left out";
-    let plugin = lookup(Family::Light, &entity.kind, INSTEAD, diagnostics)?;
+    let plugin = lookup(Family::Light, &entity.kind, LEFT_OUT, diagnostics)?;
     let name = plugin.schema.name;
     let has_position = matches!(name, "point" | "spot" | "projection" | "goniometric");
     let quantity = if has_position { "I" } else { "L" };
     let emission = radiance(plugin, entity, quantity, assets, diagnostics);
     let start = light.world_from_light.start;
     let world_from_light = space::transform(start, entity.span, diagnostics)?;
-    let render_from_light = space.place(&world_from_light);
-    let point = |p: [f32; 3]| DVec3::from(p.map(f64::from));
-    let linear = render_from_light.affine().matrix3;
-    let scale2 = space.scale() * space.scale();
-    // In render space: W/sr times the squared length scale.
-    let intensity = emission.map(|rgb| rgb.map(|c| (c as f64 * scale2) as f32));
-    let origin = Point3::from_f64(render_from_light.point(DVec3::ZERO));
-    let mut p = ParamReader::new(plugin, entity, diagnostics);
+    let reader = LightReader {
+        plugin,
+        entity,
+        emission,
+        space,
+        render_from_light: space.place(&world_from_light),
+        world_from_light,
+        assets,
+    };
     match name {
-        "point" => {
-            // pbrt-v3 adds "from" in world space, after the transform.
-            let world = world_from_light.point(DVec3::ZERO) + point(p.point3("from"));
-            p.finish();
-            let position = space.place(&crate::math::Transform::IDENTITY).point(world);
-            Some(Light::Point(PointLight {
-                p: Point3::from_f64(position),
-                intensity: intensity?,
-            }))
-        }
-        "spot" => {
-            let (from, to) = (point(p.point3("from")), point(p.point3("to")));
-            let span = p.span("from");
-            let (cone, delta) = (p.float("coneangle"), p.float("conedeltaangle"));
-            p.finish();
-            let Some(axis) = (to - from).try_normalize() else {
-                let message = "a spot light needs two different points, \"from\" and \"to\"";
-                diagnostics.push(Diagnostic::error("bad-light", span, message).with_label(INSTEAD));
-                return None;
-            };
-            let (s, t) = axis.any_orthonormal_pair();
-            let linear = linear * DMat3::from_cols(s, t, axis);
-            let position = Point3::from_f64(render_from_light.point(from));
-            let spot = SpotLight::new(position, intensity?, linear, cone, delta);
-            Some(Light::Spot(Box::new(spot)))
-        }
-        "projection" => {
-            let (fov, file) = (p.float("fov"), p.file("mapname"));
-            p.finish();
-            let intensity = intensity?;
-            let image = file.and_then(|file| {
-                const INSTEAD: &str = "a white square is used";
-                read_image(&file, Samples::NonNegative, assets, INSTEAD, diagnostics)
-            });
-            let image = image.unwrap_or_else(|| Image::constant(1.0));
-            let aspect = image.width() as f64 / image.height() as f64;
-            let map = to_powers_of_two(image, Wrap::Repeat);
-            let light = ProjectionLight::new(origin, intensity, map, aspect, fov, linear)?;
-            Some(Light::Projection(Box::new(light)))
-        }
-        "goniometric" => {
-            let file = p.file("mapname");
-            p.finish();
-            let intensity = intensity?;
-            let image = file.and_then(|file| {
-                const INSTEAD: &str = "a point light is used";
-                read_image(&file, Samples::NonNegative, assets, INSTEAD, diagnostics)
-            });
-            match image {
-                None => Some(Light::Point(PointLight {
-                    p: origin,
-                    intensity,
-                })),
-                Some(image) => {
-                    let map = to_powers_of_two(image, Wrap::Repeat);
-                    let light = GoniometricLight::new(origin, intensity, &map, linear)?;
-                    Some(Light::Goniometric(Box::new(light)))
-                }
+        "point" => reader.point(diagnostics),
+        "spot" => reader.spot(diagnostics),
+        "projection" => reader.projection(diagnostics),
+        "goniometric" => reader.goniometric(diagnostics),
+        "distant" => reader.distant(diagnostics),
+        _ => reader.infinite(diagnostics),
+    }
+}
+
+/// The parameters of one light. All of them are read and checked even where nothing is emitted.
+struct LightReader<'a> {
+    plugin: PluginRef,
+    entity: &'a Entity,
+    /// Intensity or radiance; `None` for a light without.
+    emission: Option<Rgb>,
+    space: &'a RenderSpace,
+    world_from_light: Transform,
+    render_from_light: Transform,
+    assets: &'a dyn Assets,
+}
+
+impl LightReader<'_> {
+    fn params<'d>(&'d self, diagnostics: &'d mut Diagnostics) -> ParamReader<'d> {
+        ParamReader::new(self.plugin, self.entity, diagnostics)
+    }
+
+    /// In render space: W/sr times the squared length scale.
+    fn intensity(&self) -> Option<Rgb> {
+        let scale2 = self.space.scale() * self.space.scale();
+        let scaled = |rgb: Rgb| rgb.map(|c| (c as f64 * scale2) as f32);
+        self.emission.map(scaled)
+    }
+
+    /// Where the light's own space starts.
+    fn origin(&self) -> Point3 {
+        Point3::from_f64(self.render_from_light.point(DVec3::ZERO))
+    }
+
+    fn linear(&self) -> DMat3 {
+        self.render_from_light.affine().matrix3
+    }
+
+    fn point(&self, diagnostics: &mut Diagnostics) -> Option<Light> {
+        let mut p = self.params(diagnostics);
+        // pbrt-v3 adds "from" in world space, after the transform.
+        let world = self.world_from_light.point(DVec3::ZERO) + position(p.point3("from"));
+        p.finish();
+        let position = self.space.place(&Transform::IDENTITY).point(world);
+        Some(Light::Point(PointLight {
+            p: Point3::from_f64(position),
+            intensity: self.intensity()?,
+        }))
+    }
+
+    fn spot(&self, diagnostics: &mut Diagnostics) -> Option<Light> {
+        let mut p = self.params(diagnostics);
+        let (from, to) = (position(p.point3("from")), position(p.point3("to")));
+        let span = p.span("from");
+        let (cone, delta) = (p.float("coneangle"), p.float("conedeltaangle"));
+        p.finish();
+        let Some(axis) = (to - from).try_normalize() else {
+            diagnostics.push(same_points("a spot light", span));
+            return None;
+        };
+        let (s, t) = axis.any_orthonormal_pair();
+        let linear = self.linear() * DMat3::from_cols(s, t, axis);
+        let position = Point3::from_f64(self.render_from_light.point(from));
+        let spot = SpotLight::new(position, self.intensity()?, linear, cone, delta);
+        Some(Light::Spot(Box::new(spot)))
+    }
+
+    fn projection(&self, diagnostics: &mut Diagnostics) -> Option<Light> {
+        let mut p = self.params(diagnostics);
+        let (fov, file) = (p.float("fov"), p.file("mapname"));
+        p.finish();
+        let intensity = self.intensity()?;
+        let image = self.map(file, "a white square is used", diagnostics);
+        let image = image.unwrap_or_else(|| Image::constant(1.0));
+        let aspect = image.width() as f64 / image.height() as f64;
+        let map = to_powers_of_two(image, Wrap::Repeat);
+        let (origin, linear) = (self.origin(), self.linear());
+        let light = ProjectionLight::new(origin, intensity, map, aspect, fov, linear)?;
+        Some(Light::Projection(Box::new(light)))
+    }
+
+    fn goniometric(&self, diagnostics: &mut Diagnostics) -> Option<Light> {
+        let mut p = self.params(diagnostics);
+        let file = p.file("mapname");
+        p.finish();
+        let intensity = self.intensity()?;
+        match self.map(file, "a point light is used", diagnostics) {
+            None => Some(Light::Point(PointLight {
+                p: self.origin(),
+                intensity,
+            })),
+            Some(image) => {
+                let map = to_powers_of_two(image, Wrap::Repeat);
+                let (origin, linear) = (self.origin(), self.linear());
+                let light = GoniometricLight::new(origin, intensity, &map, linear)?;
+                Some(Light::Goniometric(Box::new(light)))
             }
         }
-        "distant" => {
-            let (from, to) = (point(p.point3("from")), point(p.point3("to")));
-            let span = p.span("from");
-            p.finish();
-            let Some(direction) = render_from_light.vector(from - to).try_normalize() else {
-                let message = "a distant light needs two different points, \"from\" and \"to\"";
-                diagnostics.push(Diagnostic::error("bad-light", span, message).with_label(INSTEAD));
-                return None;
-            };
-            let direction = Vec3::from_f64(direction);
-            Some(Light::Distant(DistantLight {
-                direction,
-                radiance: emission?,
-            }))
-        }
-        _ => {
-            let file = p.file("mapname");
-            p.finish();
-            let emission = emission?;
-            let image = file.and_then(|file| {
-                const INSTEAD: &str = "a constant light is used";
-                read_image(&file, Samples::NonNegative, assets, INSTEAD, diagnostics)
-            });
-            let light = match image {
-                None => InfiniteLight::constant(emission),
-                Some(image) => {
-                    // Up-sampled to powers of two, as pbrt-v3 looks maps up.
-                    let map = to_powers_of_two(image, Wrap::Repeat);
-                    InfiniteLight::with_map(emission, &map, linear)?
-                }
-            };
-            Some(Light::Infinite(Box::new(light)))
-        }
     }
+
+    fn distant(&self, diagnostics: &mut Diagnostics) -> Option<Light> {
+        let mut p = self.params(diagnostics);
+        let (from, to) = (position(p.point3("from")), position(p.point3("to")));
+        let span = p.span("from");
+        p.finish();
+        let toward = self.render_from_light.vector(from - to);
+        let Some(direction) = toward.try_normalize() else {
+            diagnostics.push(same_points("a distant light", span));
+            return None;
+        };
+        Some(Light::Distant(DistantLight {
+            direction: Vec3::from_f64(direction),
+            radiance: self.emission?,
+        }))
+    }
+
+    fn infinite(&self, diagnostics: &mut Diagnostics) -> Option<Light> {
+        let mut p = self.params(diagnostics);
+        let file = p.file("mapname");
+        p.finish();
+        let emission = self.emission?;
+        let light = match self.map(file, "a constant light is used", diagnostics) {
+            None => InfiniteLight::constant(emission),
+            Some(image) => {
+                // Up-sampled to powers of two, as pbrt-v3 looks maps up.
+                let map = to_powers_of_two(image, Wrap::Repeat);
+                InfiniteLight::with_map(emission, &map, self.linear())?
+            }
+        };
+        Some(Light::Infinite(Box::new(light)))
+    }
+
+    /// The image in a file. `None` without a file, and where it cannot be read, which is reported.
+    fn map(
+        &self,
+        file: Option<Spanned<String>>,
+        instead: &str,
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Image> {
+        let (file, kind) = (file?, Samples::NonNegative);
+        read_image(&file, kind, self.assets, instead, diagnostics)
+    }
+}
+
+fn position(p: [f32; 3]) -> DVec3 {
+    DVec3::from(p.map(f64::from))
+}
+
+/// Reports that "from" and "to" give no direction.
+fn same_points(what: &str, span: Span) -> Diagnostic {
+    let message = format!("{what} needs two different points, \"from\" and \"to\"");
+    Diagnostic::error("bad-light", span, message).with_label(LEFT_OUT)
 }

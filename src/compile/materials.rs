@@ -7,7 +7,7 @@ mod subsurface;
 use std::collections::HashMap;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
-use tyndall_parser::schema::Family;
+use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::Span;
 
 use crate::compile::lookup;
@@ -182,19 +182,27 @@ impl MaterialBuilder {
             _ => {
                 let instead = "\"matte\" is used";
                 match lookup(Family::Material, &entity.kind, instead, diagnostics) {
-                    Some(plugin) => ModelReader::new(
-                        plugin,
-                        entity,
-                        shape,
-                        textures,
-                        &mut self.diffusion,
-                        diagnostics,
-                    )
-                    .material(plugin.schema.name),
+                    Some(plugin) => self
+                        .reader(plugin, index, shape, textures, diagnostics)
+                        .material(plugin.schema.name),
                     None => models::default_matte(),
                 }
             }
         })
+    }
+
+    /// The parameters of a material as it stands, or as a shape overrides it.
+    fn reader<'a, 't>(
+        &'a mut self,
+        plugin: PluginRef,
+        index: usize,
+        shape: Option<&'a ShapeEntity>,
+        textures: &'a mut TextureBuilder<'t>,
+        diagnostics: &'a mut Diagnostics,
+    ) -> ModelReader<'a, 'a, 't> {
+        let entity = &self.entities[index].entity;
+        let diffusion = &mut self.diffusion;
+        ModelReader::new(plugin, entity, shape, textures, diffusion, diagnostics)
     }
 
     fn mix(
@@ -206,19 +214,12 @@ impl MaterialBuilder {
     ) -> Material {
         let [first, second] = ["namedmaterial1", "namedmaterial2"]
             .map(|name| self.part(index, name, textures, diagnostics));
-        let entity = &self.entities[index].entity;
         let Some(plugin) = Family::Material.find("mix") else {
             return models::default_matte();
         };
-        let amount = ModelReader::new(
-            plugin,
-            entity,
-            shape,
-            textures,
-            &mut self.diffusion,
-            diagnostics,
-        )
-        .amount();
+        let amount = self
+            .reader(plugin, index, shape, textures, diagnostics)
+            .amount();
         Material {
             model: Model::Mix(Mix {
                 first,
@@ -251,15 +252,8 @@ impl MaterialBuilder {
             Some(plugin) => {
                 // Its own findings would speak of parameters that the mixture is checked for.
                 let mut silent = Diagnostics::default();
-                ModelReader::new(
-                    plugin,
-                    &mix.entity,
-                    None,
-                    textures,
-                    &mut self.diffusion,
-                    &mut silent,
-                )
-                .standing_in()
+                self.reader(plugin, index, None, textures, &mut silent)
+                    .standing_in()
             }
             None => models::default_matte(),
         };

@@ -8,6 +8,7 @@ use crate::compile::{CompileOptions, lookup};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
+use crate::integrator::bdpt::Visualized;
 use crate::integrator::{
     AmbientOcclusion, Bdpt, Direct, Integrator, LightSampling, Mlt, Path, Sppm,
 };
@@ -26,7 +27,7 @@ const MAX_PIXELS: usize = 1 << 30;
 const MAX_FILTER_RADIUS: f64 = 256.0;
 /// Most bootstrap paths of all lengths.
 const MAX_BOOTSTRAP: u64 = 1 << 26;
-/// Most scattering events where single strategies are to be shown.
+/// Most scattering events where single strategies are shown.
 const MAX_VISUALIZED_DEPTH: u32 = 5;
 
 pub(super) struct FilmOptions {
@@ -323,22 +324,26 @@ fn path(p: &mut ParamReader, max_depth: u32) -> Path {
 }
 
 fn bidirectional(p: &mut ParamReader, max_depth: u32, light_strategy: LightStrategy) -> Bdpt {
-    let visualized = ["visualizestrategies", "visualizeweights"];
-    let shows_more = visualized.map(|name| p.bool(name)).contains(&true);
+    let names = ["visualizestrategies", "visualizeweights"];
+    // Of both, pbrt-v3 shows the latter.
+    let visualized = match names.map(|name| p.bool(name)) {
+        [_, true] => Some((Visualized::Weights, p.span(names[1]))),
+        [true, false] => Some((Visualized::Strategies, p.span(names[0]))),
+        [false, false] => None,
+    };
     let mut bdpt = Bdpt {
         max_depth,
         light_strategy,
+        visualized: visualized.map(|(shown, _)| shown),
     };
-    if shows_more {
-        // The picture is pbrt-v3's, its pictures of single strategies are not made.
-        bdpt.max_depth = max_depth.min(MAX_VISUALIZED_DEPTH);
-        let message = "pictures of single strategies are not written";
-        let span = p.span(visualized[0]);
-        p.report(
-            Diagnostic::warning("no-visualization", span, message).with_label(format!(
-                "\"maxdepth\" is at most {MAX_VISUALIZED_DEPTH} then"
-            )),
+    if let Some((_, span)) = visualized
+        && max_depth > MAX_VISUALIZED_DEPTH
+    {
+        bdpt.max_depth = MAX_VISUALIZED_DEPTH;
+        let message = format!(
+            "strategies are shown up to \"maxdepth\" {MAX_VISUALIZED_DEPTH}: {max_depth} is lowered"
         );
+        p.report(Diagnostic::warning("lowered-depth", span, message));
     }
     bdpt
 }

@@ -123,6 +123,10 @@ impl FilmDesc {
 impl Film {
     /// What a pixel takes while it is made.
     pub const BYTES_PER_PIXEL: usize = size_of::<PixelSum>();
+    /// What it takes beside that where light comes by itself.
+    pub const SPLAT_BYTES_PER_PIXEL: usize = size_of::<[f64; 3]>();
+    /// What a splat takes until it is merged.
+    pub const BYTES_PER_SPLAT: usize = size_of::<Splat>();
 
     /// An empty film.
     pub fn new(desc: FilmDesc) -> Self {
@@ -232,6 +236,15 @@ impl Film {
 
     /// The picture so far: weighted means and what was splatted, negative values cut to 0, times the film's scale.
     pub fn develop(&self) -> Image {
+        self.developed(|mean| mean.max(0.0))
+    }
+
+    /// The same of a film that holds parts of samples: negative values stay, so that the parts of a picture add up.
+    pub fn develop_part(&self) -> Image {
+        self.developed(|mean| mean)
+    }
+
+    fn developed(&self, limited: impl Fn(f64) -> f64) -> Image {
         let [width, height] = self.desc.resolution.map(f64::from);
         // Splats are parts of the mean over the frame; each light path stands for as much of it.
         let splat_scale = width * height / self.n_light_paths.max(1) as f64;
@@ -244,7 +257,7 @@ impl Film {
             let splat = self.splats.get(index).copied().unwrap_or_default();
             [0, 1, 2].map(|channel| {
                 let mean = sum.rgb[channel] * inverse + splat[channel] * splat_scale;
-                (mean.max(0.0) * self.desc.scale) as f32
+                (limited(mean) * self.desc.scale) as f32
             })
         };
         let data = self.sums.iter().enumerate().flat_map(pixel).collect();

@@ -22,18 +22,18 @@ use arrayvec::ArrayVec;
 use crate::camera::RayDifferential;
 use crate::ids::LightId;
 use crate::integrator::Counters;
+use crate::integrator::direct_light::{LitPoint, OneLightNumbers};
 use crate::integrator::footprint::{after_specular, texture_context};
 use crate::integrator::visible::nearest_visible;
 use crate::light::Light;
-use crate::math::{Ray, Vec3};
+use crate::math::Ray;
 use crate::sampler::Sampler;
-use crate::sampling::mis::power_heuristic;
 use crate::scatter::bsdf::MAX_SPECULAR_PARTS;
 use crate::scatter::{Bsdf, SpecularPart, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::TextureContext;
-use crate::world::{LightSample, Receiver, World, spawn_ray};
+use crate::world::{World, spawn_ray};
 
 /// Settings of direct lighting.
 #[derive(Clone, Copy, Debug)]
@@ -77,13 +77,6 @@ struct State<'a> {
     sampler: &'a mut Sampler,
     counters: &'a mut Counters,
     pending: ArrayVec<Branch, MAX_PENDING>,
-}
-
-/// A surface of a chain that light falls on.
-struct Vertex<'a> {
-    at: Receiver,
-    bsdf: &'a Bsdf<'a>,
-    wo: Vec3,
 }
 
 impl Direct {
@@ -136,17 +129,8 @@ impl Direct {
             .materials()
             .bsdf(material, surface, &ctx, world.textures());
         if bsdf.has_non_specular() {
-            let vertex = Vertex {
-                at: Receiver {
-                    p: surface.p,
-                    p_err: surface.p_err,
-                    ng: surface.ng,
-                    time: branch.ray.time,
-                },
-                bsdf: &bsdf,
-                wo,
-            };
-            radiance += state.direct_light(self.lights, &vertex);
+            let point = LitPoint::new(&branch.ray, surface, &bsdf);
+            radiance += state.direct_light(self.lights, &point);
         }
         branch.depth += 1;
         if branch.depth < self.max_depth {
@@ -158,24 +142,21 @@ impl Direct {
 
 impl State<'_> {
     /// Light that lobes with a density scatter along the chain.
-    fn direct_light(&mut self, lights: LightSampling, vertex: &Vertex) -> Rgb {
-        let world = self.world;
+    fn direct_light(&mut self, lights: LightSampling, point: &LitPoint) -> Rgb {
+        let (world, counters) = (self.world, &mut *self.counters);
         let ids = || (0..world.n_lights()).map(LightId::new);
         let mut sum = Rgb::BLACK;
         match lights {
             LightSampling::Each => {
                 for light in ids() {
                     let u = self.sampler.get_2d();
-                    let sample = world.sample_on_light(light, 1.0, &vertex.at, u);
-                    sum += self.arriving(vertex, sample, 0.0);
+                    let sample = world.sample_on_light(light, 1.0, &point.at, u);
+                    sum += point.arriving(world, sample, 0.0, counters);
                 }
             }
             LightSampling::One => {
-                let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
-                let sample = world.sample_light(&vertex.at, u_light, u);
-                sum += self.arriving(vertex, sample, 1.0);
-                let u = (self.sampler.get_1d(), self.sampler.get_2d());
-                sum += self.found(vertex, u, 1.0, |light| world.light_pmf(&vertex.at, light));
+                let numbers = OneLightNumbers::draw(self.sampler);
+                sum += point.one_light(world, &numbers, counters);
             }
             LightSampling::All => {
                 let is_extended =
@@ -188,90 +169,19 @@ impl State<'_> {
                     let points = self.sampler.array(n);
                     for i in 0..n {
                         let u = points.get_2d(i);
-                        let sample = world.sample_on_light(light, n as f32, &vertex.at, u);
-                        sum += self.arriving(vertex, sample, n_found as f32);
+                        let sample = world.sample_on_light(light, n as f32, &point.at, u);
+                        sum += point.arriving(world, sample, n_found as f32, counters);
                     }
                 }
                 let (lobes, points) = (self.sampler.array(n_found), self.sampler.array(n_found));
                 for i in 0..n_found {
                     let u = (lobes.get_1d(i), points.get_2d(i));
                     let number = |light| world.light_samples(light) as f32;
-                    sum += self.found(vertex, u, n_found as f32, number);
+                    sum += point.found(world, u, n_found as f32, number, counters);
                 }
             }
         }
         sum
-    }
-
-    /// What a light sample contributes, of which as many are drawn as its density is scaled by, beside `n_found`
-    /// directions of the surface.
-    fn arriving(&mut self, vertex: &Vertex, sample: Option<LightSample>, n_found: f32) -> Rgb {
-        let Some(sample) = sample else {
-            return Rgb::BLACK;
-        };
-        let Vertex { bsdf, wo, .. } = *vertex;
-        let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
-        if f.is_black() {
-            return Rgb::BLACK;
-        }
-        let weight = if sample.is_delta || n_found == 0.0 {
-            1.0
-        } else {
-            power_heuristic(sample.pdf, n_found * bsdf.pdf(wo, sample.wi))
-        };
-        let contribution = f * sample.radiance * (weight / sample.pdf);
-        if contribution.is_black() {
-            return Rgb::BLACK;
-        }
-        self.counters.shadow_rays += 1;
-        if self.world.is_occluded(&sample) {
-            return Rgb::BLACK;
-        }
-        contribution
-    }
-
-    /// Light found in one of `n_found` directions drawn from the surface by `u`, against `n_samples` points drawn on
-    /// each light, as a mean.
-    fn found(
-        &mut self,
-        vertex: &Vertex,
-        (u_lobe, u): (f32, [f32; 2]),
-        n_found: f32,
-        n_samples: impl Fn(LightId) -> f32,
-    ) -> Rgb {
-        let Vertex { at, bsdf, wo } = vertex;
-        let drawn = bsdf.sample(*wo, u_lobe, u, TransportMode::Radiance);
-        let Some(drawn) = drawn.filter(|drawn| !drawn.specular && !drawn.weight.is_black()) else {
-            return Rgb::BLACK;
-        };
-        let weight = |light: LightId, pdf_light: f32| {
-            power_heuristic(n_found * drawn.pdf_w, n_samples(light) * pdf_light)
-        };
-        let world = self.world;
-        let mut ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
-        let mut light = Rgb::BLACK;
-        // The ray passes what casts no shadow.
-        for _ in 0..=world.max_crossings() {
-            self.counters.rays += 1;
-            let Some(hit) = world.closest(&ray, f32::INFINITY) else {
-                for (id, infinite) in world.infinite_lights() {
-                    let (le, pdf_w) = infinite.le_and_pdf(ray.d);
-                    light += le * weight(id, pdf_w);
-                }
-                break;
-            };
-            let surface = world.surface(&ray, &hit);
-            if let Some((id, le)) = world.emitted(&hit, &surface, -ray.d)
-                && !le.is_black()
-            {
-                light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
-            }
-            if !world.casts_no_shadow(hit.target, &hit.at, &ray) {
-                break;
-            }
-            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
-        }
-        drawn.weight * light * (1.0 / n_found)
     }
 
     /// Leaves the ways pending that mirrors and glass open at the end of `branch`; of a long chain, one of them.

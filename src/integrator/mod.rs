@@ -3,6 +3,7 @@
 pub mod ambient_occlusion;
 pub mod bdpt;
 pub mod direct;
+mod direct_light;
 pub mod footprint;
 pub mod mlt;
 pub mod path;
@@ -102,6 +103,7 @@ impl Integrator {
                 let bdpt = Bdpt {
                     max_depth,
                     light_strategy,
+                    visualized: None,
                 };
                 bdpt.li(world, ray, sampler, counters)
             }

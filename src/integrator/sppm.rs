@@ -19,15 +19,16 @@ use crate::accel::PointTree;
 use crate::camera::RayDifferential;
 use crate::ids::LightId;
 use crate::integrator::Counters;
+use crate::integrator::direct_light::{LitPoint, OneLightNumbers};
 use crate::integrator::footprint::texture_context;
+use crate::integrator::visible::{Visible, nearest_visible};
 use crate::light::LightChoice;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampler::Sampler;
-use crate::sampling::mis::power_heuristic;
 use crate::scatter::{Bsdf, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
-use crate::world::{Hit, Receiver, World, spawn_ray};
+use crate::world::{World, spawn_ray};
 
 /// Camera paths of less throughput than this are subject to Russian roulette.
 const ROULETTE_BELOW: f32 = 0.25;
@@ -127,15 +128,16 @@ impl Sppm {
         // Whether no light sampling looked for what the ray finds.
         let mut is_certain = true;
         for depth in 1..=self.max_depth {
-            let Some((hit, surface, n_crossed)) = next_surface(world, &mut ray, counters) else {
+            let Some(seen) = nearest_visible(world, &mut ray, counters) else {
                 if is_certain {
                     path.radiance += beta * world.environment(ray.d);
                 }
                 break;
             };
-            if n_crossed > 0 {
+            if seen.is_behind_null {
                 differential = None;
             }
+            let Visible { hit, surface, .. } = seen;
             let wo = -ray.d;
             if is_certain && let Some((_, le)) = world.emitted(&hit, &surface, wo) {
                 path.radiance += beta * le;
@@ -145,7 +147,11 @@ impl Sppm {
             let bsdf = world
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
-            path.radiance += beta * direct_light(world, &ray, &surface, &bsdf, sampler, counters);
+            let numbers = OneLightNumbers::draw(sampler);
+            if bsdf.has_non_specular() {
+                let point = LitPoint::new(&ray, &surface, &bsdf);
+                path.radiance += beta * point.one_light(world, &numbers, counters);
+            }
 
             let is_last = depth == self.max_depth;
             let ends = bsdf.has_diffuse() || is_last && bsdf.has_non_specular();
@@ -209,7 +215,8 @@ impl Sppm {
         let mut flux = start.radiance * (cos / start.pdf_dir / start.pdf_pos / pmf);
         let mut ray = spawn_ray(start.p, start.p_err, start.ng, start.d, time);
         for depth in 1..=self.max_depth {
-            let Some((hit, surface, _)) = next_surface(world, &mut ray, counters) else {
+            let Some(Visible { hit, surface, .. }) = nearest_visible(world, &mut ray, counters)
+            else {
                 return;
             };
             let material = world.geometry(hit.target.geometry).material;
@@ -252,92 +259,8 @@ impl Sppm {
     }
 }
 
-/// The next surface that scatters, and the number of null surfaces on the way; `ray` then starts at the last of them.
-fn next_surface(
-    world: &World,
-    ray: &mut Ray,
-    counters: &mut Counters,
-) -> Option<(Hit, SurfacePoint, usize)> {
-    for n_crossed in 0..=world.max_crossings() {
-        counters.rays += 1;
-        let hit = world.closest(ray, f32::INFINITY)?;
-        let surface = world.surface(ray, &hit);
-        if world.geometry(hit.target.geometry).material.is_some() {
-            return Some((hit, surface, n_crossed));
-        }
-        *ray = leave(&surface, ray.d, ray.time);
-    }
-    counters.stuck_paths += 1;
-    None
-}
-
 fn leave(surface: &SurfacePoint, d: Vec3, time: f32) -> Ray {
     spawn_ray(surface.p, surface.p_err, surface.ng, d, time)
-}
-
-/// Direct light of one light that is scattered back along `ray` by all but specular lobes: light sampling and BSDF
-/// sampling, weighed by multiple importance sampling.
-fn direct_light(
-    world: &World,
-    ray: &Ray,
-    surface: &SurfacePoint,
-    bsdf: &Bsdf,
-    sampler: &mut Sampler,
-    counters: &mut Counters,
-) -> Rgb {
-    let (u_light, u) = (sampler.get_1d_fine(), sampler.get_2d());
-    let (u_lobe, u_direction) = (sampler.get_1d(), sampler.get_2d());
-    let mut radiance = Rgb::BLACK;
-    if !bsdf.has_non_specular() {
-        return radiance;
-    }
-    let wo = -ray.d;
-    let at = Receiver {
-        p: surface.p,
-        p_err: surface.p_err,
-        ng: surface.ng,
-        time: ray.time,
-    };
-    if let Some(sample) = world.sample_light(&at, u_light, u) {
-        let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
-        if !f.is_black() {
-            let weight = if sample.is_delta {
-                1.0
-            } else {
-                power_heuristic(sample.pdf, bsdf.pdf(wo, sample.wi))
-            };
-            counters.shadow_rays += 1;
-            if !world.is_occluded(&sample) {
-                radiance += f * sample.radiance * (weight / sample.pdf);
-            }
-        }
-    }
-    let Some(sample) = bsdf.sample(wo, u_lobe, u_direction, TransportMode::Radiance) else {
-        return radiance;
-    };
-    if sample.specular {
-        return radiance;
-    }
-    let weight = |pdf_light: f32| power_heuristic(sample.pdf_w, pdf_light);
-    let mut probe = leave(surface, sample.wi, ray.time);
-    for _ in 0..=world.max_crossings() {
-        counters.rays += 1;
-        let Some(hit) = world.closest(&probe, f32::INFINITY) else {
-            radiance += sample.weight * world.environment_weighted(&at, probe.d, weight);
-            break;
-        };
-        let found = world.surface(&probe, &hit);
-        if let Some((light, le)) = world.emitted(&hit, &found, -probe.d)
-            && !le.is_black()
-        {
-            radiance += sample.weight * le * weight(world.pdf_of_hit(light, &hit, &found, &at));
-        }
-        if !world.casts_no_shadow(hit.target, &hit.at, &probe) {
-            break;
-        }
-        probe = leave(&found, probe.d, probe.time);
-    }
-    radiance
 }
 
 impl PhotonMap {

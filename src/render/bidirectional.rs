@@ -5,10 +5,11 @@
 //! same bits with or without it.
 
 use crate::camera::{Camera, CameraRay};
-use crate::film::FilmBlock;
+use crate::film::{Film, FilmBlock};
 use crate::image::PixelRect;
 use crate::integrator::Bdpt;
 use crate::integrator::bdpt::{Emitters, Tracer};
+use crate::render::strategies::{StrategyBlocks, StrategyFilms};
 use crate::render::{BlockResult, Job, RenderReport, Task, camera_sample, is_radiance};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
@@ -27,6 +28,14 @@ pub(super) struct Bidirectional<'a> {
     film: Option<&'a Camera>,
     /// Pixels that camera samples are taken in.
     sampled: PixelRect,
+    /// If single strategies are shown.
+    strategies: Option<StrategyFilms>,
+}
+
+/// A block of the picture in the making.
+struct Canvas<'a> {
+    film: FilmBlock,
+    strategies: Option<StrategyBlocks<'a>>,
 }
 
 impl<'a> Bidirectional<'a> {
@@ -41,7 +50,14 @@ impl<'a> Bidirectional<'a> {
             emitters: Emitters::new(&job.world, bdpt.light_strategy),
             film: is_covered.then_some(&job.camera),
             sampled,
+            strategies: bdpt.visualized.map(|shown| StrategyFilms::new(job, shown)),
         }
+    }
+
+    /// Films for pictures of single strategies: none unless wanted.
+    pub(super) fn strategy_films(&self) -> Vec<Film> {
+        let films = self.strategies.as_ref();
+        films.map_or(Vec::new(), StrategyFilms::start)
     }
 
     /// Whether light paths outside the crop window bring light into it.
@@ -50,7 +66,11 @@ impl<'a> Bidirectional<'a> {
     }
 
     pub(super) fn render_block(&self, task: &Task) -> BlockResult {
-        let mut film = self.job.film.start_block(task.block);
+        let strategies = self.strategies.as_ref();
+        let mut canvas = Canvas {
+            film: self.job.film.start_block(task.block),
+            strategies: strategies.map(|films| films.start_block(task.block)),
+        };
         let mut report = RenderReport::default();
         let mut tracer = Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth);
         let block = task.block;
@@ -59,7 +79,7 @@ impl<'a> Bidirectional<'a> {
                 for sample in task.first_sample..task.first_sample + task.n_samples {
                     let is_sampled = self.is_wanted([x, y]) && self.sampled.holds([x, y]);
                     report.samples += u64::from(is_sampled);
-                    if !self.render_sample([x, y], sample, is_sampled, &mut tracer, &mut film) {
+                    if !self.render_sample([x, y], sample, is_sampled, &mut tracer, &mut canvas) {
                         report.bad_samples += 1;
                         report.first_bad_sample.get_or_insert(([x, y], sample));
                     }
@@ -67,7 +87,12 @@ impl<'a> Bidirectional<'a> {
             }
         }
         report.counters.add(tracer.counters());
-        BlockResult { film, report }
+        let strategies = canvas.strategies.map(StrategyBlocks::into_blocks);
+        BlockResult {
+            film: canvas.film,
+            strategies: strategies.unwrap_or_default(),
+            report,
+        }
     }
 
     fn is_wanted(&self, pixel: [i32; 2]) -> bool {
@@ -83,9 +108,10 @@ impl<'a> Bidirectional<'a> {
         sample: u32,
         is_sampled: bool,
         tracer: &mut Tracer<'a>,
-        film: &mut FilmBlock,
+        canvas: &mut Canvas,
     ) -> bool {
         let job = self.job;
+        let Canvas { film, strategies } = canvas;
         let [width, height] = job.film.resolution.map(|side| side as usize);
         let is_in_frame = self.film.is_some() && PixelRect::from_size(width, height).holds(pixel);
         if !is_in_frame && !is_sampled {
@@ -102,11 +128,18 @@ impl<'a> Bidirectional<'a> {
         tracer.trace_light(&mut light_sampler);
         if is_in_frame {
             film.count_light_path();
-            tracer.splats(&mut light_sampler, |raster, rgb| {
+            if let Some(strategies) = strategies {
+                strategies.count_light_path();
+            }
+            tracer.splats(&mut light_sampler, |strategy, raster, found| {
+                let rgb = found.weighted();
                 if !is_radiance(rgb) {
                     is_good = false;
                 } else if self.is_wanted(raster.map(|r| r.floor() as i32)) {
                     film.add_splat(&job.film, raster, rgb);
+                    if let Some(strategies) = strategies {
+                        is_good &= strategies.add_splat(strategy, raster, found);
+                    }
                 }
             });
         }
@@ -115,14 +148,26 @@ impl<'a> Bidirectional<'a> {
         }
         let (radiance, weight) = match job.camera.ray(&camera_sample) {
             Some(CameraRay { ray, weight }) => {
-                (tracer.radiance(ray, is_in_frame, &mut sampler), weight)
+                let radiance =
+                    tracer.radiance(ray, is_in_frame, &mut sampler, |strategy, found| {
+                        if let Some(strategies) = strategies {
+                            strategies.note(strategy, found);
+                        }
+                    });
+                (radiance, weight)
             }
             None => (Rgb::BLACK, 1.0),
         };
         if is_radiance(radiance) {
             film.add_sample(&job.film, camera_sample.raster, radiance, weight);
+            if let Some(strategies) = strategies {
+                is_good &= strategies.add_sample(camera_sample.raster, weight);
+            }
         } else {
             is_good = false;
+            if let Some(strategies) = strategies {
+                strategies.leave_out_sample();
+            }
         }
         is_good
     }

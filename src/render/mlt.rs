@@ -2,13 +2,16 @@
 //!
 //! Chains cover the full frame whatever the crop window, so that a pixel is the same bits with or without it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
+use crate::film::Film;
 use crate::image::PixelRect;
 use crate::integrator::Mlt;
 use crate::integrator::bdpt::{Emitters, Tracer};
 use crate::integrator::mlt::{Found, PrimarySample, evaluate};
-use crate::render::{BlockResult, Job, RenderReport};
+use crate::render::{BlockResult, Job, RenderReport, Tally};
 use crate::sampling::alias::AliasTable;
 use crate::sampling::rng::{Rng, mix_bits};
 use crate::spectrum::Rgb;
@@ -19,7 +22,11 @@ const CHAIN_SEED: u64 = 0x9d39_247e_3377_6d41;
 /// Chains that may wait, per thread, for an earlier one to be merged: they hold two splats for each mutation.
 pub(super) const PENDING_PER_THREAD: usize = 2;
 /// Bootstrap paths that one worker follows at a time.
-const BOOTSTRAP_CHUNK: usize = 1024;
+const BOOTSTRAP_CHUNK: usize = 256;
+/// Mutations after which a chain tells how far it is.
+const MUTATIONS_PER_NEWS: u64 = 1024;
+/// What a bootstrap path takes while the table of starts is built: its weight, a sum and a slot with its list.
+const BYTES_PER_BOOTSTRAP_PATH: u128 = 32;
 
 /// What the chains of a picture share.
 pub(super) struct Metropolis<'a> {
@@ -32,8 +39,38 @@ pub(super) struct Metropolis<'a> {
     brightness: f64,
 }
 
+/// Paths that are followed before the first chain.
+pub(super) fn n_bootstrap_paths(settings: &Mlt) -> u64 {
+    u64::from(settings.n_bootstrap) * (u64::from(settings.max_depth) + 1)
+}
+
+/// Mutations of all chains.
+pub(super) fn n_mutations(job: &Job, settings: &Mlt) -> u64 {
+    let [width, height] = job.film.resolution.map(u64::from);
+    (width * height).saturating_mul(settings.mutations_per_pixel.into())
+}
+
+/// Bytes for the bootstrap, or for the splats of chains that wait to be merged, whatever is more. Splats are taken to
+/// be spread evenly over the frame.
+pub(super) fn bytes_needed(job: &Job, settings: &Mlt, n_threads: usize) -> u128 {
+    let bootstrap = u128::from(n_bootstrap_paths(settings)) * BYTES_PER_BOOTSTRAP_PATH;
+    let n_chains = u128::from(settings.n_chains.max(1));
+    let n_waiting = n_chains.min((n_threads * PENDING_PER_THREAD) as u128);
+    let [width, height] = job.film.resolution.map(u128::from);
+    let n_pixels = job.film.crop.width as u128 * job.film.crop.height as u128;
+    let n_splats = 2 * u128::from(n_mutations(job, settings)) * n_pixels / (width * height);
+    let splats = n_splats * n_waiting / n_chains * Film::BYTES_PER_SPLAT as u128;
+    bootstrap.max(splats)
+}
+
 impl<'a> Metropolis<'a> {
-    pub(super) fn new(job: &'a Job, settings: &Mlt) -> Self {
+    /// Looks for paths that carry light. `None` if that was cancelled.
+    pub(super) fn new(
+        job: &'a Job,
+        settings: &Mlt,
+        tally: &Tally,
+        cancel: &AtomicBool,
+    ) -> Option<Self> {
         let mut metropolis = Self {
             job,
             settings: *settings,
@@ -41,26 +78,28 @@ impl<'a> Metropolis<'a> {
             starts: None,
             brightness: 0.0,
         };
-        let n_paths = settings.n_bootstrap as usize * metropolis.n_lengths();
+        let n_paths = n_bootstrap_paths(settings) as usize;
         let starts: Vec<usize> = (0..n_paths).step_by(BOOTSTRAP_CHUNK).collect();
-        let chunks: Vec<Vec<f32>> = starts
-            .par_iter()
-            .map(|&start| {
-                let mut tracer = metropolis.tracer();
-                (start..n_paths.min(start + BOOTSTRAP_CHUNK))
-                    .map(|index| {
-                        let (mut sample, depth) = metropolis.bootstrap(index);
-                        let (_, rgb) = metropolis.found(&mut tracer, depth, &mut sample);
-                        brightness(rgb)
-                    })
-                    .collect()
-            })
-            .collect();
-        let weights = chunks.concat();
+        let follow = |start: usize| {
+            let mut tracer = metropolis.tracer();
+            let paths = start..n_paths.min(start + BOOTSTRAP_CHUNK);
+            let n_paths = paths.len() as u64;
+            let chunk: Option<Vec<f32>> = paths
+                .map(|index| {
+                    let (mut sample, depth) = metropolis.bootstrap(index);
+                    let (_, rgb) = metropolis.found(&mut tracer, depth, &mut sample);
+                    (!cancel.load(Ordering::Relaxed)).then(|| brightness(rgb))
+                })
+                .collect();
+            tally.add(n_paths);
+            chunk
+        };
+        let chunks: Option<Vec<Vec<f32>>> = starts.par_iter().map(|&start| follow(start)).collect();
+        let weights = chunks?.concat();
         let sum: f64 = weights.iter().map(|&w| f64::from(w)).sum();
         metropolis.brightness = sum / f64::from(settings.n_bootstrap);
         metropolis.starts = AliasTable::new(&weights);
-        metropolis
+        Some(metropolis)
     }
 
     /// Numbers of scattering events.
@@ -98,18 +137,22 @@ impl<'a> Metropolis<'a> {
         }
     }
 
-    /// All mutations.
-    pub(super) fn n_mutations(&self) -> u64 {
-        let [width, height] = self.job.film.resolution.map(u64::from);
-        width * height * u64::from(self.settings.mutations_per_pixel)
-    }
-
-    pub(super) fn run_chain(&self, chain: usize) -> BlockResult {
+    /// Follows a chain to its end, or to where it is cancelled: its mean is what it is good for either way.
+    pub(super) fn run_chain(
+        &self,
+        chain: usize,
+        tally: &Tally,
+        cancel: &AtomicBool,
+    ) -> BlockResult {
         let job = self.job;
-        let mut film = job.film.start_block(PixelRect::from_size(0, 0));
-        let mut report = RenderReport::default();
+        let mut result = BlockResult {
+            film: job.film.start_block(PixelRect::from_size(0, 0)),
+            strategies: Vec::new(),
+            report: RenderReport::default(),
+        };
+        let BlockResult { film, report, .. } = &mut result;
         let Some(starts) = &self.starts else {
-            return BlockResult { film, report };
+            return result;
         };
         let mut tracer = self.tracer();
         let mut rng = Rng::new(mix_bits(job.seed ^ CHAIN_SEED) ^ mix_bits(chain as u64));
@@ -118,11 +161,19 @@ impl<'a> Metropolis<'a> {
         let mut current = self.found(&mut tracer, depth, &mut sample);
         sample.part(rng.next_u64());
         let share = |chain: usize| {
-            let (all, n) = (u128::from(self.n_mutations()), self.n_chains() as u128);
+            let n_mutations = n_mutations(job, &self.settings);
+            let (all, n) = (u128::from(n_mutations), self.n_chains() as u128);
             (all * chain as u128 / n) as u64
         };
         for _ in share(chain)..share(chain + 1) {
+            if cancel.load(Ordering::Relaxed) {
+                report.cancelled = true;
+                break;
+            }
             report.samples += 1;
+            if report.samples.is_multiple_of(MUTATIONS_PER_NEWS) {
+                tally.add(MUTATIONS_PER_NEWS);
+            }
             film.count_light_path();
             sample.mutate();
             let proposed = self.found(&mut tracer, depth, &mut sample);
@@ -150,8 +201,9 @@ impl<'a> Metropolis<'a> {
                 sample.reject();
             }
         }
+        tally.add(report.samples % MUTATIONS_PER_NEWS);
         report.counters.add(tracer.counters());
-        BlockResult { film, report }
+        result
     }
 }
 

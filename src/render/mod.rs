@@ -3,16 +3,19 @@
 //! The picture is a function of the job alone: thread count and schedule never change a bit.
 
 mod bidirectional;
+mod memory;
 mod mlt;
 mod sppm;
+mod strategies;
 
 use std::collections::BTreeMap;
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
 use crate::camera::{Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
+use crate::integrator::bdpt::Strategy;
 use crate::integrator::{Counters, Integrator, Mlt};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::spectrum::Rgb;
@@ -55,6 +58,8 @@ pub struct Job {
 pub struct Rendered {
     /// The picture of the crop window.
     pub image: Image,
+    /// One more for each of [`Job::visualized_strategies`], of the same pixels. Negative values are not cut.
+    pub strategies: Vec<Image>,
     /// What happened.
     pub report: RenderReport,
 }
@@ -78,7 +83,8 @@ pub struct RenderReport {
 
 /// Someone who watches a picture grow.
 pub trait Progress: Sync {
-    /// `done` of `total` camera samples are taken. Called by all threads; numbers may come out of order.
+    /// `done` of `total` samples are taken: camera samples, or paths of Metropolis light transport, those of its
+    /// bootstrap included. Called by all threads; numbers may come out of order.
     fn samples_done(&self, done: u64, total: u64);
 }
 
@@ -98,7 +104,49 @@ struct Task {
 
 struct BlockResult {
     film: FilmBlock,
+    /// One for each picture of a strategy.
+    strategies: Vec<FilmBlock>,
     report: RenderReport,
+}
+
+/// How much is done, for whoever watches.
+struct Tally<'a> {
+    progress: &'a dyn Progress,
+    done: AtomicU64,
+    total: u64,
+}
+
+impl<'a> Tally<'a> {
+    fn new(progress: &'a dyn Progress, total: u64) -> Self {
+        Self {
+            progress,
+            done: AtomicU64::new(0),
+            total,
+        }
+    }
+
+    fn add(&self, n_samples: u64) {
+        let before = self.done.fetch_add(n_samples, Ordering::Relaxed);
+        self.progress.samples_done(before + n_samples, self.total);
+    }
+}
+
+impl Job {
+    /// Strategies that get pictures of their own.
+    pub fn visualized_strategies(&self) -> Vec<Strategy> {
+        match &self.integrator {
+            Integrator::Bdpt(bdpt) if bdpt.visualized.is_some() => {
+                Strategy::all(bdpt.max_depth).collect()
+            }
+            Integrator::Bdpt(_)
+            | Integrator::Path(_)
+            | Integrator::VolPath(_)
+            | Integrator::Sppm(_)
+            | Integrator::Direct(_)
+            | Integrator::AmbientOcclusion(_)
+            | Integrator::Mlt(_) => Vec::new(),
+        }
+    }
 }
 
 /// Hands out tasks and merges their results in the order of the tasks.
@@ -107,6 +155,7 @@ struct Schedule {
     merged: usize,
     pending: BTreeMap<usize, BlockResult>,
     film: Film,
+    strategies: Vec<Film>,
     report: RenderReport,
 }
 
@@ -145,17 +194,24 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         .map_or((bounds.width, bounds.height), |pixels| {
             overlap(&bounds, &pixels)
         });
-    let total = width as u64 * height as u64 * job.spp as u64;
+    let tally = Tally::new(progress, width as u64 * height as u64 * job.spp as u64);
     let work = Work {
         n_tasks: blocks.len() * n_passes,
         pending_per_thread: PENDING_PER_THREAD,
-        total,
-        run: |index| match &bidirectional {
-            Some(shared) => shared.render_block(&task(index)),
-            None => render_block(job, &task(index)),
+        run: |index| {
+            let result = match &bidirectional {
+                Some(shared) => shared.render_block(&task(index)),
+                None => render_block(job, &task(index)),
+            };
+            tally.add(result.report.samples);
+            result
         },
     };
-    work.render(film, progress, cancel)
+    let strategies = match &bidirectional {
+        Some(shared) => shared.strategy_films(),
+        None => Vec::new(),
+    };
+    work.render(film, strategies, cancel)
 }
 
 /// Metropolis light transport: chains in place of blocks.
@@ -166,15 +222,26 @@ fn render_chains(
     progress: &dyn Progress,
     cancel: &AtomicBool,
 ) -> Rendered {
-    let metropolis = Metropolis::new(job, settings);
+    let n_mutations = mlt::n_mutations(job, settings);
+    let n_paths = n_mutations.saturating_add(mlt::n_bootstrap_paths(settings));
+    let tally = Tally::new(progress, n_paths);
+    let Some(metropolis) = Metropolis::new(job, settings, &tally, cancel) else {
+        return Rendered {
+            image: film.develop(),
+            strategies: Vec::new(),
+            report: RenderReport {
+                cancelled: true,
+                ..RenderReport::default()
+            },
+        };
+    };
     let n_chains = metropolis.n_chains();
     let work = Work {
         n_tasks: n_chains,
         pending_per_thread: mlt::PENDING_PER_THREAD,
-        total: metropolis.n_mutations(),
-        run: |chain| metropolis.run_chain(chain),
+        run: |chain| metropolis.run_chain(chain, &tally, cancel),
     };
-    let mut rendered = work.render(film, progress, cancel);
+    let mut rendered = work.render(film, Vec::new(), cancel);
     rendered.report.found_no_light = n_chains == 0;
     rendered
 }
@@ -184,20 +251,19 @@ struct Work<R> {
     n_tasks: usize,
     /// Results that may wait, per thread, for an earlier one.
     pending_per_thread: usize,
-    /// Samples in all.
-    total: u64,
     run: R,
 }
 
 impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
-    fn render(&self, film: Film, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
-        let Self { n_tasks, total, .. } = *self;
+    fn render(&self, film: Film, strategies: Vec<Film>, cancel: &AtomicBool) -> Rendered {
+        let n_tasks = self.n_tasks;
         let report = RenderReport::default();
         let schedule = Mutex::new(Schedule {
             next: 0,
             merged: 0,
             pending: BTreeMap::new(),
             film,
+            strategies,
             report,
         });
         let merged_some = Condvar::new();
@@ -233,9 +299,6 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
                 schedule.pending.insert(index, result);
                 schedule.merge_ready();
                 merged_some.notify_all();
-                let done = schedule.report.samples;
-                drop(schedule);
-                progress.samples_done(done, total);
             }
         };
         rayon::scope(|scope| {
@@ -247,9 +310,15 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
         let mut schedule = schedule
             .into_inner()
             .unwrap_or_else(PoisonError::into_inner);
-        schedule.report.cancelled = schedule.merged < n_tasks;
+        schedule.report.cancelled |= schedule.merged < n_tasks;
         Rendered {
             image: schedule.film.develop(),
+            // One after the other: sums take more than pictures.
+            strategies: schedule
+                .strategies
+                .into_iter()
+                .map(|film| film.develop_part())
+                .collect(),
             report: schedule.report,
         }
     }
@@ -280,6 +349,9 @@ impl Schedule {
         while let Some(result) = self.pending.remove(&self.merged) {
             self.merged += 1;
             self.film.merge(&result.film);
+            for (film, block) in self.strategies.iter_mut().zip(&result.strategies) {
+                film.merge(block);
+            }
             self.report.add(&result.report);
         }
     }
@@ -291,6 +363,7 @@ impl RenderReport {
         self.bad_samples += other.bad_samples;
         self.first_bad_sample = self.first_bad_sample.or(other.first_bad_sample);
         self.counters.add(&other.counters);
+        self.cancelled |= other.cancelled;
     }
 }
 
@@ -312,7 +385,11 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
             }
         }
     }
-    BlockResult { film, report }
+    BlockResult {
+        film,
+        strategies: Vec::new(),
+        report,
+    }
 }
 
 /// Width and height of what two rectangles share.

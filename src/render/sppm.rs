@@ -4,18 +4,19 @@
 //! Photons are kept in batches of bounded size, whatever their number and that of the iterations. A batch that is not
 //! the iteration's last makes the camera paths be followed once more, by the same random numbers.
 
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicBool, Ordering};
 
 use rayon::prelude::{
     IndexedParallelIterator, IntoParallelIterator, ParallelIterator, ParallelSliceMut,
 };
 
-use super::{Job, Progress, RenderReport, Rendered, is_radiance};
+use super::{Job, Progress, RenderReport, Rendered, Tally, is_radiance};
 use crate::camera::{CameraRay, CameraSample};
 use crate::image::Image;
-use crate::integrator::sppm::{Gathered, PhotonMap, PhotonStatistics};
+use crate::integrator::sppm::{Gathered, Photon, PhotonMap, PhotonStatistics};
 use crate::integrator::{Counters, Sppm};
 use crate::light::LightChoice;
+use crate::math::Point3;
 use crate::sampler::Sampler;
 use crate::sampling::rng::mix_bits;
 use crate::spectrum::Rgb;
@@ -25,6 +26,8 @@ use crate::world::LightStrategy;
 const FULL_BATCH: usize = 1 << 21;
 /// Most photons that leave lights between two looks at the batch.
 const WAVE: usize = 1 << 13;
+/// What a photon of a batch takes while it is sorted: two copies of it, and two of its place with two numbers.
+const BYTES_PER_PHOTON: usize = 2 * size_of::<Photon>() + 2 * size_of::<Point3>() + 8;
 /// Parts of a wave that threads take.
 const PARTS: usize = 64;
 /// Pixels that a thread takes.
@@ -78,17 +81,13 @@ pub(super) fn render(
     };
     let mut pixels = vec![pixel; crop.width * crop.height];
     let mut report = RenderReport::default();
-    let done = AtomicU64::new(0);
-    let total = pixels.len() as u64 * u64::from(job.spp);
-    let tell = |n_pixels: usize| {
-        let before = done.fetch_add(n_pixels as u64, Ordering::Relaxed);
-        progress.samples_done(before + n_pixels as u64, total);
-    };
+    let tally = Tally::new(progress, pixels.len() as u64 * u64::from(job.spp));
     let finished = (0..job.spp)
-        .try_for_each(|iteration| pass.iterate(iteration, &mut pixels, &mut report, &tell));
+        .try_for_each(|iteration| pass.iterate(iteration, &mut pixels, &mut report, &tally));
     report.cancelled = finished.is_none();
     Rendered {
         image: pass.develop(&pixels),
+        strategies: Vec::new(),
         report,
     }
 }
@@ -104,6 +103,15 @@ fn n_photons(job: &Job, sppm: &Sppm) -> u32 {
     })
 }
 
+/// Bytes for the pixels, the picture, and a batch of photons while it is sorted.
+pub(super) fn bytes_needed(job: &Job, sppm: &Sppm) -> u128 {
+    let crop = job.film.crop;
+    let n_pixels = crop.width as u128 * crop.height as u128;
+    let pixels = n_pixels * (size_of::<Pixel>() + size_of::<[f32; 3]>()) as u128;
+    let n_stored = u128::from(n_photons(job, sppm)) * u128::from(sppm.max_depth.saturating_sub(1));
+    pixels + n_stored.min(FULL_BATCH as u128) * BYTES_PER_PHOTON as u128
+}
+
 impl Pass<'_> {
     /// One iteration; `None` if it was cancelled.
     fn iterate(
@@ -111,7 +119,7 @@ impl Pass<'_> {
         iteration: u32,
         pixels: &mut [Pixel],
         report: &mut RenderReport,
-        tell: &(dyn Fn(usize) + Sync),
+        tally: &Tally,
     ) -> Option<()> {
         let mut next = 0;
         loop {
@@ -129,7 +137,7 @@ impl Pass<'_> {
                         self.gather(run * RUN + i, iteration, &map, is_last, pixel, &mut report);
                     }
                     if is_last {
-                        tell(pixels.len());
+                        tally.add(pixels.len() as u64);
                     }
                     Some(report)
                 })

@@ -10,7 +10,7 @@ use crate::setup::{CAMERA, LIGHTS, ROOM, job, picture};
 const BDPT: &str = "\"bdpt\" \"integer maxdepth\" 4";
 const MLT: &str = "\"mlt\" \"integer bootstrapsamples\" 500 \"integer chains\" 13";
 
-fn assert_identical(a: &Image, b: &Image, what: &str) {
+pub(crate) fn assert_identical(a: &Image, b: &Image, what: &str) {
     let same = a
         .data()
         .iter()
@@ -19,14 +19,14 @@ fn assert_identical(a: &Image, b: &Image, what: &str) {
     assert!(same && a.data().len() == b.data().len(), "{what}");
 }
 
-const WINDOW: PixelRect = PixelRect {
+pub(crate) const WINDOW: PixelRect = PixelRect {
     x0: 3,
     y0: 5,
     width: 6,
     height: 4,
 };
 
-fn in_window(image: &Image) -> Image {
+pub(crate) fn in_window(image: &Image) -> Image {
     image.crop(WINDOW).expect("a window of the picture")
 }
 

@@ -1,8 +1,12 @@
 //! Integrators that follow light against those that do not: the same scenes must give the same pictures.
 
+#[path = "../common/findings.rs"]
+mod findings;
 #[path = "../common/scene.rs"]
 mod scene;
 
 mod agreement;
 mod invariance;
 mod setup;
+mod stopping;
+mod strategies;

@@ -4,7 +4,7 @@ use std::sync::atomic::AtomicBool;
 
 use tyndall::compile::CompileOptions;
 use tyndall::image::Image;
-use tyndall::render::{Job, Unwatched, render};
+use tyndall::render::{Job, Rendered, Unwatched, render};
 use tyndall_test_support::Verdict;
 use tyndall_test_support::image_z::ImageZTest;
 
@@ -29,13 +29,18 @@ pub(crate) fn job(integrator: &str, camera: &str, spp: u32, world: &str) -> Job 
 
 #[track_caller]
 pub(crate) fn picture(job: &Job) -> Image {
+    rendered(job).image
+}
+
+#[track_caller]
+pub(crate) fn rendered(job: &Job) -> Rendered {
     let rendered = render(job, &Unwatched, &AtomicBool::new(false));
     assert_eq!(
         rendered.report.bad_samples, 0,
         "samples that are no numbers"
     );
     assert_eq!(rendered.report.counters.stuck_paths, 0, "stuck paths");
-    rendered.image
+    rendered
 }
 
 /// Mean over the seeds and the variance of that mean, for each pixel.
@@ -45,14 +50,17 @@ struct Spread {
 }
 
 #[track_caller]
-fn spread(job: &mut Job, first_seed: u64) -> Spread {
-    let pictures: Vec<Image> = (0..SEEDS)
+fn pictures(job: &mut Job, first_seed: u64) -> Vec<Image> {
+    (0..SEEDS)
         .map(|seed| {
             job.seed = first_seed + seed;
             picture(job)
         })
-        .collect();
-    let n = SEEDS as f64;
+        .collect()
+}
+
+fn spread(pictures: &[Image]) -> Spread {
+    let n = pictures.len() as f64;
     // The channels of a path go together: three of them are no three witnesses.
     let value = |image: &Image, i: usize| {
         let rgb = &image.data()[3 * i..3 * i + 3];
@@ -76,7 +84,13 @@ fn spread(job: &mut Job, first_seed: u64) -> Spread {
 /// Whether two jobs of one film have one expectation.
 #[track_caller]
 pub(crate) fn compare(mut a: Job, mut b: Job) -> Verdict {
-    let (a, b) = (spread(&mut a, 0), spread(&mut b, SEEDS));
+    compare_pictures(&pictures(&mut a, 0), &pictures(&mut b, SEEDS))
+}
+
+/// Whether independent pictures of one kind have the expectation of those of another.
+#[track_caller]
+pub(crate) fn compare_pictures(a: &[Image], b: &[Image]) -> Verdict {
+    let (a, b) = (spread(a), spread(b));
     assert!(
         b.mean.iter().any(|&x| x > 0.0),
         "a black picture shows nothing"

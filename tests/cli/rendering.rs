@@ -82,3 +82,41 @@ fn a_picture_that_cannot_be_made_does_not_stop_the_next() {
     assert_eq!(report["pictures"][1]["outcome"], "complete");
     assert!(room.path("ball.exr").exists());
 }
+
+#[test]
+fn pictures_of_single_strategies_are_written_beside_the_picture() {
+    let room = Room::new();
+    let bdpt = "Integrator \"bdpt\" \"integer maxdepth\" 1 \"bool visualizeweights\" \"true\"";
+    room.put(
+        "ball.pbrt",
+        &ball("WorldBegin", &format!("{bdpt}\nWorldBegin")),
+    );
+    room.put("out/old.txt", "");
+    let report = room.report("--outfile out/ball.png --cropwindow 0 .5 0 1 ball.pbrt");
+    assert_eq!(report["outcome"], "complete");
+    let names = ["d00_s00_t02", "d01_s00_t03", "d01_s01_t02", "d01_s02_t01"]
+        .map(|name| format!("out/bdpt_{name}.exr"));
+    assert_eq!(
+        report["pictures"][0]["strategy_files"],
+        serde_json::json!(names)
+    );
+    for name in &names {
+        let part = room.picture(name);
+        assert_eq!((part.image.width(), part.image.height()), (32, 48));
+        assert_eq!(part.display_window.width, 64);
+    }
+    // The sky beside the ball is met by chance alone.
+    assert_eq!(room.picture(&names[0]).image.pixel(0, 0), [1.0; 3]);
+    assert_eq!(room.picture(&names[2]).image.pixel(0, 0), [0.0; 3]);
+    assert!(!room.list().iter().any(|name| name.starts_with("bdpt")));
+    // They are like any picture: tried before, and not written over an earlier one without a word.
+    let twice = "--outfile out/ball.png ball.pbrt ball.pbrt";
+    room.run(twice)
+        .ends_with(0)
+        .says("bdpt_d00_s00_t02.exr\" already holds");
+    std::fs::create_dir(room.path("bdpt_d01_s02_t01.exr")).expect("a directory");
+    room.run("ball.pbrt")
+        .ends_with(1)
+        .says("fatal[unwritable-output]");
+    assert!(!room.path("ball.exr").exists(), "it was not even rendered");
+}

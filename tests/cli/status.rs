@@ -149,6 +149,24 @@ fn pictures_beyond_the_machine_are_refused_with_the_memory_they_need() {
 }
 
 #[test]
+fn what_an_integrator_keeps_counts_as_memory_of_the_picture() {
+    let room = Room::new();
+    let film = "\"integer xresolution\" 64 \"integer yresolution\" 48";
+    let large = "\"integer xresolution\" 8192 \"integer yresolution\" 8192";
+    // A chain is kept until it ends.
+    let mlt = "Integrator \"mlt\" \"integer chains\" 1 \"integer mutationsperpixel\" 1000000";
+    for (n_chains, code) in [("1", 1), ("100000000", 0)] {
+        let mlt = mlt.replace("chains\" 1", &format!("chains\" {n_chains}"));
+        let scene = ball(film, large).replace("WorldBegin", &format!("{mlt}\nWorldBegin"));
+        room.put("ball.pbrt", &scene);
+        let run = room.run("check ball.pbrt").ends_with(code);
+        if code == 1 {
+            run.says("fatal[too-large]: a picture of 8192 x 8192 pixels by \"mlt\" needs");
+        }
+    }
+}
+
+#[test]
 fn bad_samples_are_reported_and_change_the_exit_status() {
     let room = Room::new();
     room.put("lossy.pbrt", include_str!("lossy.pbrt"));

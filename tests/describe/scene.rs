@@ -1,6 +1,7 @@
 //! Scenes built by hand. Directive number i stands at bytes 100 i .. 100 i + 99; its name at 100 i + 10, its
 //! parameters at 100 i + 20, 22, …, each with its value one byte later.
 
+use glam::{DMat4, DVec3};
 use tyndall::describe::describe;
 use tyndall::describe::description::{Frame, SceneDescription};
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
@@ -195,4 +196,9 @@ pub(crate) fn codes(diagnostics: &Diagnostics) -> Vec<&'static str> {
 pub(crate) fn only<'a>(diagnostics: &'a Diagnostics, code: &str) -> &'a Diagnostic {
     assert_eq!(codes(diagnostics), [code]);
     &diagnostics.list[0]
+}
+
+/// Where a transform puts a point.
+pub(crate) fn point_at(matrix: DMat4, p: [f64; 3]) -> [f64; 3] {
+    matrix.transform_point3(DVec3::from_array(p)).to_array()
 }

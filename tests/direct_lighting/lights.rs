@@ -2,7 +2,6 @@
 
 use std::f64::consts::PI;
 
-use crate::findings::findings;
 use crate::probe::{Probe, assert_mean};
 use crate::seen::{V, environment, seen_by};
 
@@ -145,29 +144,4 @@ fn emitters_without_material_give_light_and_are_not_seen() {
         let up = direct(integrator, 5, [0.3, 0.35, 1.0], [0.0, 0.0, 1.0], &world);
         assert_mean(&up, 4, [0.0; 3], integrator);
     }
-}
-
-#[test]
-fn what_they_leave_out_is_told() {
-    let told = |integrator: &str, world: &str| {
-        let scene = format!("Integrator \"{integrator}\"\nWorldBegin\n{world}WorldEnd\n");
-        let all = findings(&scene);
-        all.iter()
-            .filter(|(code, _)| code == "ignored-scattering")
-            .count()
-    };
-    let lit = environment([1.0; 3]);
-    let fog = format!(
-        "{lit}MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n\
-         AttributeBegin MediumInterface \"fog\" \"\" Material \"\" Shape \"sphere\" AttributeEnd\n"
-    );
-    let wax = format!("{lit}Material \"subsurface\"\nShape \"sphere\"\n");
-    let plain = format!("{lit}Shape \"sphere\"\n");
-    for integrator in ["whitted", "directlighting", "ambientocclusion"] {
-        assert_eq!(told(integrator, &plain), 0, "{integrator}");
-        assert_eq!(told(integrator, &fog), 1, "{integrator}");
-        assert_eq!(told(integrator, &wax), 1, "{integrator}");
-    }
-    assert_eq!([told("path", &fog), told("path", &wax)], [1, 0]);
-    assert_eq!([told("volpath", &fog), told("volpath", &wax)], [0, 0]);
 }

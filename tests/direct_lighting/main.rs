@@ -1,7 +1,5 @@
 //! `whitted`, `directlighting` and `ambientocclusion` against closed forms and against the path tracer.
 
-#[path = "../common/findings.rs"]
-mod findings;
 #[path = "../common/probe.rs"]
 mod probe;
 #[path = "../common/scene.rs"]

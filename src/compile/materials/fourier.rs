@@ -5,7 +5,7 @@ use tyndall_parser::schema::Family;
 use tyndall_parser::source::Spanned;
 
 use super::MaterialBuilder;
-use super::models::{ModelReader, default_matte};
+use super::models::default_matte;
 use crate::compile::assets::Assets;
 use crate::compile::textures::TextureBuilder;
 use crate::describe::description::ShapeEntity;
@@ -21,18 +21,10 @@ impl MaterialBuilder {
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
     ) -> Material {
-        let entity = &self.entities[index].entity;
         let Some(plugin) = Family::Material.find("fourier") else {
             return default_matte();
         };
-        let reader = ModelReader::new(
-            plugin,
-            entity,
-            shape,
-            textures,
-            &mut self.diffusion,
-            diagnostics,
-        );
+        let reader = self.reader(plugin, index, shape, textures, diagnostics);
         let (file, bump) = reader.table_file();
         let table = match file {
             Some(file) => self.table(&file, textures.assets(), diagnostics),

@@ -1,15 +1,15 @@
 //! The strategies: how a path is found as a whole from two parts.
 
+use crate::integrator::bdpt::strategy::Contribution;
 use crate::integrator::bdpt::subpath::End;
 use crate::integrator::bdpt::vertex::{Kind, Vertex};
 use crate::integrator::bdpt::weights::{Density, Ends, weight};
 use crate::integrator::bdpt::{Numbers, Tracer};
 use crate::light::Light;
-use crate::spectrum::Rgb;
 
 impl Tracer<'_> {
     /// The camera path meets a light: no vertex of the light path.
-    pub(super) fn end(&mut self, index: usize, reaches_film: bool) -> Rgb {
+    pub(super) fn end(&mut self, index: usize, reaches_film: bool) -> Contribution {
         let End {
             light,
             n_before,
@@ -19,8 +19,13 @@ impl Tracer<'_> {
             radiance,
             pdf_own,
         } = self.ends[index];
+        let found = |weight: f64| Contribution {
+            carried: radiance,
+            factor: 1.0,
+            weighted_factor: weight,
+        };
         if n_before == 1 {
-            return radiance;
+            return found(1.0);
         }
         let before = &self.camera_path[n_before - 1];
         let (emitted, other) = self.emission_densities(light, p, ng, before, -d);
@@ -38,7 +43,7 @@ impl Tracer<'_> {
         });
         self.push_camera_path(n_before);
         self.densities[1].light = other;
-        radiance * weight(&self.densities, &ends, 0) as f32
+        found(weight(&self.densities, &ends, 0))
     }
 
     /// The last of `t` vertices of the camera path looks for a point on a light.
@@ -47,23 +52,23 @@ impl Tracer<'_> {
         t: usize,
         reaches_film: bool,
         numbers: &mut impl Numbers,
-    ) -> Rgb {
+    ) -> Contribution {
         let (u_light, u) = (numbers.get_1d_fine(), numbers.get_2d());
         if t >= self.max_depth + 2 || !self.camera_path[t - 1].connects() {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         }
         let vertex = &self.camera_path[t - 1];
         let at = vertex.receiver(self.time);
         let Some((light, pmf)) = self.world.choose_light(&at, u_light) else {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         };
         let Some(sample) = self.world.sample_on_light(light, pmf, &at, u) else {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         };
         let (wi, wo) = (sample.wi, vertex.wo);
         let found = vertex.beta * vertex.passes_from(wi) * sample.radiance;
         if found.is_black() {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         }
         let (emitted, other) = self.emission_densities(light, sample.p, sample.ng, vertex, -wi);
         let ends = Ends {
@@ -99,30 +104,35 @@ impl Tracer<'_> {
         self.densities[1].light = other;
         self.densities[1].specular = false;
         self.set_back(t, 1, back);
-        let weight = weight(&self.densities, &ends, 1) / f64::from(sample.pdf);
-        if weight == 0.0 {
-            return Rgb::BLACK;
+        let pdf = f64::from(sample.pdf);
+        let weighted_factor = weight(&self.densities, &ends, 1) / pdf;
+        if weighted_factor == 0.0 {
+            return Contribution::NONE;
         }
         let n_rays = &mut self.counters.shadow_rays;
         let tr = self
             .world
             .transmittance(&sample, medium, &mut self.rng, n_rays);
-        found * tr * weight as f32
+        Contribution {
+            carried: found * tr,
+            factor: 1.0 / pdf,
+            weighted_factor,
+        }
     }
 
     /// Joins the last of `s` ≥ 2 vertices of the light path with the last of `t` ≥ 2 of the camera path.
-    pub(super) fn connect(&mut self, s: usize, t: usize, reaches_film: bool) -> Rgb {
+    pub(super) fn connect(&mut self, s: usize, t: usize, reaches_film: bool) -> Contribution {
         let (light, camera) = (&self.light_path[s - 1], &self.camera_path[t - 1]);
         if !light.connects() || !camera.connects() {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         }
         let Some(wi) = (light.p - camera.p).try_normalize() else {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         };
         let passed = camera.passes_from(wi) * light.passes_to(-wi);
         let found = passed * light.beta * camera.beta;
         if found.is_black() {
-            return Rgb::BLACK;
+            return Contribution::NONE;
         }
         let d = light.p.to_f64() - camera.p.to_f64();
         let to_camera = camera.density(light.p, light.pdf_w(light.wo, -wi));
@@ -140,15 +150,19 @@ impl Tracer<'_> {
         self.densities[s].light = to_camera;
         self.densities[s].specular = false;
         self.set_back(t, s, camera_back);
-        let weight = weight(&self.densities, &ends, s) / d.length_squared();
-        let (Some(segment), true) = (segment, weight > 0.0) else {
-            return Rgb::BLACK;
+        let weighted_factor = weight(&self.densities, &ends, s) / d.length_squared();
+        let (Some(segment), true) = (segment, weighted_factor > 0.0) else {
+            return Contribution::NONE;
         };
         let n_rays = &mut self.counters.shadow_rays;
         let tr = self
             .world
             .transmittance_along(&segment, medium, &mut self.rng, n_rays);
-        found * tr * weight as f32
+        Contribution {
+            carried: found * tr,
+            factor: 1.0 / d.length_squared(),
+            weighted_factor,
+        }
     }
 
     /// The last of `s` ≥ 2 vertices of the light path looks for the camera: where on the film, and what it adds to the
@@ -157,7 +171,7 @@ impl Tracer<'_> {
         &mut self,
         s: usize,
         numbers: &mut impl Numbers,
-    ) -> Option<([f64; 2], Rgb)> {
+    ) -> Option<([f64; 2], Contribution)> {
         let u_lens = numbers.get_2d();
         let camera = self.film?;
         let vertex = &self.light_path[s - 1];
@@ -187,17 +201,21 @@ impl Tracer<'_> {
             specular: false,
         });
         let importance = arrival.pdf_w / d.length_squared();
-        let weight = weight(&self.densities, &ends, s) * importance;
+        let weighted_factor = weight(&self.densities, &ends, s) * importance;
         let segment = segment?;
-        if weight == 0.0 {
+        if weighted_factor == 0.0 {
             return None;
         }
         let n_rays = &mut self.counters.shadow_rays;
         let tr = self
             .world
             .transmittance_along(&segment, medium, &mut self.rng, n_rays);
-        let rgb = found * tr * weight as f32;
-        (!rgb.is_black()).then_some((arrival.raster, rgb))
+        let found = Contribution {
+            carried: found * tr,
+            factor: importance,
+            weighted_factor,
+        };
+        (!found.weighted().is_black()).then_some((arrival.raster, found))
     }
 
     /// What is particular at the ends of paths that start with the first two vertices of the light path.

@@ -6,7 +6,12 @@
 //! | `integer maxdepth` | 5 | scattering events; 0 shows emitters only |
 //! | `string lightsamplestrategy` | `power` | how a light is chosen |
 //! | `integer[4] pixelbounds` | film | pixels that are rendered |
-//! | `bool visualizestrategies`, `visualizeweights` | false | clamp `maxdepth` to 5; the pictures are not made |
+//! | `bool visualizestrategies` | false | also show what each strategy finds, as if it were the only one |
+//! | `bool visualizeweights` | false | also show what each strategy adds to the picture; goes before the former |
+//!
+//! Either of the last two clamps `maxdepth` to 5. Strategy (s, t) takes s vertices from a light and t from the camera;
+//! its picture is `bdpt_dDD_sSS_tTT.exr`, where D = s + t − 2 is the number of scattering events. All are made along
+//! with the picture, from the same paths.
 //!
 //! Every prefix of a path from the camera is joined with every prefix of a path from a light, media and null surfaces
 //! included, and each of these strategies is weighed against all others that could have found the same path. Light
@@ -16,6 +21,7 @@
 //! is left out, as in pbrt-v3.
 
 mod connect;
+mod strategy;
 mod subpath;
 mod vertex;
 pub mod weights;
@@ -29,6 +35,7 @@ use crate::sampler::Sampler;
 use crate::sampling::rng::Rng;
 use crate::spectrum::Rgb;
 use crate::world::{LightStrategy, World};
+pub use strategy::{Contribution, Strategy};
 use subpath::End;
 use vertex::Vertex;
 use weights::Density;
@@ -40,6 +47,27 @@ pub struct Bdpt {
     pub max_depth: u32,
     /// How the lights are chosen at which paths start.
     pub light_strategy: LightStrategy,
+    /// What is shown of single strategies; `None` for nothing.
+    pub visualized: Option<Visualized>,
+}
+
+/// What is shown of single strategies.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub enum Visualized {
+    /// What each finds, as if there were no other.
+    Strategies,
+    /// What each adds to the picture.
+    Weights,
+}
+
+impl Visualized {
+    /// What is shown of a contribution.
+    pub fn of(self, found: &Contribution) -> Rgb {
+        match self {
+            Self::Strategies => found.unweighted(),
+            Self::Weights => found.weighted(),
+        }
+    }
 }
 
 /// Random numbers for one path from one end.
@@ -149,30 +177,45 @@ impl<'a> Tracer<'a> {
         self.trace_light_to(self.max_depth + 1, numbers);
     }
 
-    /// The light that the light path brings to the film, as means over the full frame: calls `add` with raster
-    /// positions and radiances. For `n` light paths in all, a pixel's radiance is their sum there times the number of
-    /// pixels of the frame over `n`.
-    pub fn splats(&mut self, numbers: &mut impl Numbers, mut add: impl FnMut([f64; 2], Rgb)) {
+    /// The light that the light path brings to the film, as means over the full frame: calls `add` with strategies,
+    /// raster positions and what is found. For `n` light paths in all, a pixel's radiance is their sum there times the
+    /// number of pixels of the frame over `n`.
+    pub fn splats(
+        &mut self,
+        numbers: &mut impl Numbers,
+        mut add: impl FnMut(Strategy, [f64; 2], &Contribution),
+    ) {
         for s in 2..=self.light_path.len() {
-            if let Some((raster, rgb)) = self.splat(s, numbers) {
-                add(raster, rgb);
+            if let Some((raster, found)) = self.splat(s, numbers) {
+                add(Strategy { s, t: 1 }, raster, &found);
             }
         }
     }
 
-    /// Radiance along a camera ray by all strategies but those of [`Tracer::splats`]. `reaches_film` tells whether
-    /// those could find the same paths: the ray's film position is in the frame.
-    pub fn radiance(&mut self, ray: Ray, reaches_film: bool, numbers: &mut impl Numbers) -> Rgb {
+    /// Radiance along a camera ray by all strategies but those of [`Tracer::splats`], and in calls of `tell` what each
+    /// of them found. `reaches_film` tells whether those others could find the same paths: the ray's film position is
+    /// in the frame.
+    pub fn radiance(
+        &mut self,
+        ray: Ray,
+        reaches_film: bool,
+        numbers: &mut impl Numbers,
+        mut tell: impl FnMut(Strategy, &Contribution),
+    ) -> Rgb {
         let reaches_film = reaches_film && self.film.is_some();
         self.trace_camera_to(self.max_depth + 1, true, ray, numbers);
         let mut radiance = Rgb::BLACK;
+        let mut add = |s: usize, t: usize, found: Contribution| {
+            radiance += found.weighted();
+            tell(Strategy { s, t }, &found);
+        };
         for i in 0..self.ends.len() {
-            radiance += self.end(i, reaches_film);
+            add(0, self.ends[i].n_before + 1, self.end(i, reaches_film));
         }
         for t in 2..=self.camera_path.len() {
-            radiance += self.direct(t, reaches_film, numbers);
+            add(1, t, self.direct(t, reaches_film, numbers));
             for s in 2..=self.light_path.len().min(self.max_depth + 2 - t) {
-                radiance += self.connect(s, t, reaches_film);
+                add(s, t, self.connect(s, t, reaches_film));
             }
         }
         radiance
@@ -205,15 +248,15 @@ impl Tracer<'_> {
                 let mut radiance = Rgb::BLACK;
                 for i in 0..self.ends.len() {
                     if self.ends[i].n_before == t - 1 {
-                        radiance += self.end(i, reaches_film);
+                        radiance += self.end(i, reaches_film).weighted();
                     }
                 }
                 radiance
             }
             _ if self.camera_path.len() < t => Rgb::BLACK,
-            1 => self.direct(t, reaches_film, numbers),
+            1 => self.direct(t, reaches_film, numbers).weighted(),
             _ if self.light_path.len() < s => Rgb::BLACK,
-            _ => self.connect(s, t, reaches_film),
+            _ => self.connect(s, t, reaches_film).weighted(),
         }
     }
 
@@ -222,7 +265,8 @@ impl Tracer<'_> {
         if self.light_path.len() < s {
             return None;
         }
-        self.splat(s, numbers)
+        let (raster, found) = self.splat(s, numbers)?;
+        Some((raster, found.weighted()))
     }
 }
 
@@ -239,7 +283,7 @@ impl Bdpt {
         let mut tracer = Tracer::new(world, &emitters, None, self.max_depth);
         tracer.start(ray.time, sampler.stream().next_u64());
         tracer.trace_light(sampler);
-        let radiance = tracer.radiance(ray, false, sampler);
+        let radiance = tracer.radiance(ray, false, sampler, |_, _| ());
         counters.add(tracer.counters());
         radiance
     }

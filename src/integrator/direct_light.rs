@@ -1,0 +1,151 @@
+//! Direct light where media do not exist: points drawn on lights and directions drawn by the surface, weighed by
+//! multiple importance sampling (Veach and Guibas 1995).
+
+use crate::ids::LightId;
+use crate::integrator::Counters;
+use crate::math::{Ray, Vec3};
+use crate::sampler::Sampler;
+use crate::sampling::mis::power_heuristic;
+use crate::scatter::{Bsdf, TransportMode};
+use crate::shape::SurfacePoint;
+use crate::spectrum::Rgb;
+use crate::world::{LightSample, Receiver, World, spawn_ray};
+
+/// A surface that light falls on.
+pub(super) struct LitPoint<'a> {
+    pub(super) at: Receiver,
+    pub(super) bsdf: &'a Bsdf<'a>,
+    /// Unit direction that light is scattered to.
+    pub(super) wo: Vec3,
+}
+
+/// Random numbers for one point on one light and one direction of the surface.
+pub(super) struct OneLightNumbers {
+    u_light: f64,
+    u: [f32; 2],
+    u_lobe: f32,
+    u_direction: [f32; 2],
+}
+
+impl OneLightNumbers {
+    pub(super) fn draw(sampler: &mut Sampler) -> Self {
+        Self {
+            u_light: sampler.get_1d_fine(),
+            u: sampler.get_2d(),
+            u_lobe: sampler.get_1d(),
+            u_direction: sampler.get_2d(),
+        }
+    }
+}
+
+impl<'a> LitPoint<'a> {
+    /// The point at which `ray` met a surface.
+    pub(super) fn new(ray: &Ray, surface: &SurfacePoint, bsdf: &'a Bsdf<'a>) -> Self {
+        Self {
+            at: Receiver {
+                p: surface.p,
+                p_err: surface.p_err,
+                ng: surface.ng,
+                time: ray.time,
+            },
+            bsdf,
+            wo: -ray.d,
+        }
+    }
+
+    /// Light of one light that is chosen at random, scattered by lobes with a density.
+    pub(super) fn one_light(
+        &self,
+        world: &World,
+        numbers: &OneLightNumbers,
+        counters: &mut Counters,
+    ) -> Rgb {
+        let &OneLightNumbers {
+            u_light,
+            u,
+            u_lobe,
+            u_direction,
+        } = numbers;
+        let sample = world.sample_light(&self.at, u_light, u);
+        let arriving = self.arriving(world, sample, 1.0, counters);
+        let pmf = |light| world.light_pmf(&self.at, light);
+        arriving + self.found(world, (u_lobe, u_direction), 1.0, pmf, counters)
+    }
+
+    /// What a light sample contributes, of which as many are drawn as its density is scaled by, beside `n_found`
+    /// directions of the surface.
+    pub(super) fn arriving(
+        &self,
+        world: &World,
+        sample: Option<LightSample>,
+        n_found: f32,
+        counters: &mut Counters,
+    ) -> Rgb {
+        let Some(sample) = sample else {
+            return Rgb::BLACK;
+        };
+        let Self { bsdf, wo, .. } = *self;
+        let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
+        if f.is_black() {
+            return Rgb::BLACK;
+        }
+        let weight = if sample.is_delta || n_found == 0.0 {
+            1.0
+        } else {
+            power_heuristic(sample.pdf, n_found * bsdf.pdf(wo, sample.wi))
+        };
+        let contribution = f * sample.radiance * (weight / sample.pdf);
+        if contribution.is_black() {
+            return Rgb::BLACK;
+        }
+        counters.shadow_rays += 1;
+        if world.is_occluded(&sample) {
+            return Rgb::BLACK;
+        }
+        contribution
+    }
+
+    /// Light found in one of `n_found` directions drawn from the surface by `u`, against `n_samples` points drawn on
+    /// each light, as a mean.
+    pub(super) fn found(
+        &self,
+        world: &World,
+        (u_lobe, u): (f32, [f32; 2]),
+        n_found: f32,
+        n_samples: impl Fn(LightId) -> f32,
+        counters: &mut Counters,
+    ) -> Rgb {
+        let Self { at, bsdf, wo } = self;
+        let drawn = bsdf.sample(*wo, u_lobe, u, TransportMode::Radiance);
+        let Some(drawn) = drawn.filter(|drawn| !drawn.specular && !drawn.weight.is_black()) else {
+            return Rgb::BLACK;
+        };
+        let weight = |light: LightId, pdf_light: f32| {
+            power_heuristic(n_found * drawn.pdf_w, n_samples(light) * pdf_light)
+        };
+        let mut ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
+        let mut light = Rgb::BLACK;
+        // The ray passes what casts no shadow.
+        for _ in 0..=world.max_crossings() {
+            counters.rays += 1;
+            let Some(hit) = world.closest(&ray, f32::INFINITY) else {
+                for (id, infinite) in world.infinite_lights() {
+                    let (le, pdf_w) = infinite.le_and_pdf(ray.d);
+                    light += le * weight(id, pdf_w);
+                }
+                break;
+            };
+            let surface = world.surface(&ray, &hit);
+            if let Some((id, le)) = world.emitted(&hit, &surface, -ray.d)
+                && !le.is_black()
+            {
+                light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
+            }
+            if !world.casts_no_shadow(hit.target, &hit.at, &ray) {
+                break;
+            }
+            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+        }
+        drawn.weight * light * (1.0 / n_found)
+    }
+}
