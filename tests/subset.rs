@@ -26,7 +26,7 @@ fn assert_scene_agrees(folder: &str, name: &str, reference: &str, reference_spp:
     let folder = Path::new("assets/pbrt-v3-scenes-subset").join(folder);
     let options = CompileOptions {
         quick: true,
-        spp: Some(8),
+        spp: Some(16),
         ..CompileOptions::default()
     };
     let scene = folder.join(format!("{name}.pbrt"));
