@@ -2,6 +2,8 @@
 
 #[path = "cli/files.rs"]
 mod files;
+#[path = "cli/following.rs"]
+mod following;
 #[path = "cli/options.rs"]
 mod options;
 #[path = "cli/outside.rs"]

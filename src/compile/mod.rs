@@ -22,10 +22,12 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::Spanned;
 
+use crate::camera::{CameraRay, CameraSample};
 use crate::describe::description::Frame;
 use crate::ids::MediumId;
 use crate::image::PixelRect;
 use crate::integrator::Integrator;
+use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
@@ -48,6 +50,10 @@ pub struct CompileOptions {
 pub struct Compiled {
     /// What to render.
     pub job: Job,
+    /// The way back from render space, in which the job is.
+    pub world_from_render: Transform,
+    /// Names of the job's media.
+    pub medium_names: Vec<String>,
     /// The film's file name as written, relative to the working directory.
     pub filename: String,
     /// The full frame; the picture is its crop window.
@@ -105,6 +111,10 @@ fn build(
         textures: textures::TextureBuilder::new(frame, &space, assets),
         materials: materials::MaterialBuilder::new(frame, &space),
         assets,
+        heeds_shadow_masks: matches!(
+            integrator.integrator,
+            Integrator::Path(_) | Integrator::Direct(_) | Integrator::Sppm(_)
+        ),
     };
     let mut parts = WorldParts {
         light_strategy: integrator.light_strategy,
@@ -147,7 +157,8 @@ fn build(
     parts.materials = materials.finish();
     parts.textures = textures.finish();
     let ignores_media = media.is_ignored();
-    parts.media = media.finish();
+    let (media, medium_names) = media.finish();
+    parts.media = media;
     let kind = &frame.integrator.kind;
     let name = integrator.name;
     let mut warn_of_ignored = |what: &str, instead: &str| {
@@ -184,13 +195,56 @@ fn build(
         pixel_centers: samples.pixel_centers,
         sampler: samples.sampler,
     };
+    if integrator.volumetric && job.world.facts().has_media {
+        check_surroundings(&job, &medium_names, frame, diagnostics);
+    }
     Some(Compiled {
         job,
+        world_from_render: space.world_from_render(),
+        medium_names,
         filename: film.filename,
         frame: film.frame,
         integrator: integrator.name,
         skipped,
     })
+}
+
+/// Tells where the boundaries around the camera say that it is in another medium than the one it is declared to be in.
+/// The picture is that of the declaration, as in pbrt-v3.
+fn check_surroundings(job: &Job, names: &[String], frame: &Frame, diagnostics: &mut Diagnostics) {
+    let middle = CameraSample {
+        raster: job.film.resolution.map(|length| 0.5 * f64::from(length)),
+        time: 0.0,
+        lens: [0.5; 2],
+    };
+    let Some(CameraRay { ray, .. }) = job.camera.ray(&middle) else {
+        return;
+    };
+    let declared = job.world.camera_medium();
+    let Some(found) = job.world.surroundings(ray.o, ray.time) else {
+        return;
+    };
+    if found == declared {
+        return;
+    }
+    let name = |medium: MediumId| {
+        names
+            .get(medium.index())
+            .map_or_else(|| "no medium".to_owned(), |name| format!("\"{name}\""))
+    };
+    let word = names.get(found.index()).map_or("", String::as_str);
+    let message = format!(
+        "the boundaries around the camera say that it is in {}, but it is declared to be in {}",
+        name(found),
+        name(declared)
+    );
+    diagnostics.push(
+        Diagnostic::warning("camera-medium", frame.camera.entity.span, message)
+            .with_label(format!("rendered in {}", name(declared)))
+            .with_help(format!(
+                "MediumInterface \"\" \"{word}\" in force at WorldEnd declares what they say"
+            )),
+    );
 }
 
 /// Looks up a plugin. Where pbrt-v3 goes on without it, so do we, with an error.

@@ -69,6 +69,15 @@ impl FilmDesc {
         })
     }
 
+    /// Whether samples of a pixel count in the frame: those beyond it do as far as the filter reaches.
+    pub fn is_sampled(&self, pixel: [i32; 2]) -> bool {
+        let radius = self.filter.radius();
+        (0..2).all(|axis| {
+            let (middle, length) = (pixel[axis] as f64 + 0.5, f64::from(self.resolution[axis]));
+            middle > -radius[axis] && middle < length + radius[axis]
+        })
+    }
+
     /// An empty block for samples taken within `block`.
     pub fn start_block(&self, block: PixelRect) -> FilmBlock {
         let [rx, ry] = self.filter.radius();

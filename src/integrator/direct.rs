@@ -223,7 +223,7 @@ impl State<'_> {
         if contribution.is_black() {
             return Rgb::BLACK;
         }
-        self.counters.shadow_rays += 1;
+        self.counters.shadow.rays += 1;
         if self.world.is_occluded(&sample) {
             return Rgb::BLACK;
         }

@@ -11,10 +11,11 @@
 //! multiple importance sampling, so that each vertex costs one shadow ray.
 
 use crate::camera::RayDifferential;
-use crate::ids::{MaterialId, MediumId};
+use crate::ids::{LightId, MaterialId, MediumId};
 use crate::integrator::Counters;
 use crate::integrator::footprint::texture_context;
 use crate::integrator::subsurface::{Entry, sample_exit};
+use crate::integrator::trace::{Event, Observer};
 use crate::math::error::EPSILON;
 use crate::math::{Frame, Normal3, Ray, Vec3};
 use crate::medium::MediumEvent;
@@ -41,6 +42,8 @@ const ROULETTE_AFTER: u32 = 3;
 /// Part of a path's extent within which a collision may touch the wall ahead by rounding, down to grazing angles of
 /// 10⁻⁵.
 const NEAR_WALL: f32 = 1e-2;
+/// Why a path of no throughput ends.
+const NOTHING_LEFT: &str = "nothing is left of it";
 /// Least probability with which Russian roulette ends a path it is tested for.
 const MIN_ROULETTE: f32 = 0.05;
 
@@ -55,10 +58,11 @@ enum Origin {
     Hidden,
 }
 
-struct State<'a> {
+struct State<'a, O> {
     world: &'a World,
     sampler: &'a mut Sampler,
     counters: &'a mut Counters,
+    observer: &'a mut O,
     /// For loops of unknown length.
     rng: Rng,
     ray: Ray,
@@ -73,20 +77,23 @@ struct State<'a> {
 
 impl Path {
     /// Radiance along a camera ray. `VOLUMETRIC` heeds media and lets light sampling pass null surfaces; without it
-    /// both are as in pbrt-v3's `path`: media do not exist, null surfaces block light sampling.
-    pub fn li<const VOLUMETRIC: bool>(
+    /// both are as in pbrt-v3's `path`: media do not exist, null surfaces block light sampling. `observer` is told
+    /// what happens.
+    pub fn li<const VOLUMETRIC: bool, O: Observer>(
         &self,
         world: &World,
         ray: Ray,
         differential: Option<&RayDifferential>,
         sampler: &mut Sampler,
         counters: &mut Counters,
+        observer: &mut O,
     ) -> Rgb {
         let rng = sampler.stream();
         let mut state = State {
             world,
             sampler,
             counters,
+            observer,
             rng,
             ray,
             medium: if VOLUMETRIC {
@@ -104,6 +111,11 @@ impl Path {
         let mut crossings = 0;
         loop {
             state.counters.rays += 1;
+            state.see(|state| Event::Segment {
+                ray: state.ray,
+                medium: state.medium,
+                beta: state.beta,
+            });
             let hit = world.closest(&state.ray, f32::INFINITY);
 
             // In a medium the path may scatter before it meets a surface.
@@ -111,15 +123,24 @@ impl Path {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
                 let medium = world.medium(state.medium);
                 match medium.sample(&state.ray, t_max, state.beta, &mut state.rng) {
-                    MediumEvent::Pass { weight } => state.beta *= weight,
+                    MediumEvent::Pass { weight } => {
+                        state.beta *= weight;
+                        state.see(|_| Event::Passed { weight });
+                    }
                     MediumEvent::Scatter { t, weight } => {
                         state.beta *= weight;
                         state.counters.medium_scatterings += 1;
                         differential = None;
                         crossings = 0;
                         let t = hit.map_or(t, |hit| state.stay_inside(t, &hit));
+                        state.see(|_| Event::Collided { t, weight });
                         let phase = medium.phase();
-                        if state.bounces >= self.max_depth || state.beta.is_black() {
+                        if state.bounces >= self.max_depth {
+                            state.end("it has scattered as often as it may");
+                            break;
+                        }
+                        if state.beta.is_black() {
+                            state.end(NOTHING_LEFT);
                             break;
                         }
                         state.scatter_in_medium(t, phase);
@@ -130,11 +151,13 @@ impl Path {
                     }
                 }
                 if state.beta.is_black() {
+                    state.end(NOTHING_LEFT);
                     break;
                 }
             }
 
             let Some(hit) = hit else {
+                state.see(|_| Event::Left);
                 if VOLUMETRIC && state.medium.is_some() && world.is_bounded(state.medium) {
                     state.counters.leaked_paths += 1;
                 }
@@ -142,16 +165,29 @@ impl Path {
                 break;
             };
             let surface = world.surface(&state.ray, &hit);
+            let material = world.geometry(hit.target.geometry).material;
+            state.see(|_| Event::Met {
+                t: hit.at.t,
+                target: hit.target,
+                instance: hit.instance,
+                p: surface.p,
+                ng: surface.ng,
+                ns: surface.ns,
+                material,
+            });
+            if VOLUMETRIC && !world.borders_on(hit.target, surface.ng, state.ray.d, state.medium) {
+                state.counters.mismatched_media += 1;
+            }
             state.add_emission(&hit, &surface);
             // A null surface only changes the medium. At the last bounce there is nothing behind it to find, except
             // for the continuation that stands for the second half of the light sampling at the vertex before.
-            let material = world.geometry(hit.target.geometry).material;
             let is_last = state.bounces >= self.max_depth;
             let goes_on = !is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. });
             if !material.is_some() && goes_on {
                 crossings += 1;
                 if crossings > world.max_crossings() {
                     state.counters.stuck_paths += 1;
+                    state.end("it is stuck between null surfaces");
                     break;
                 }
                 state.cross::<VOLUMETRIC>(&hit, &surface);
@@ -159,6 +195,7 @@ impl Path {
                 continue;
             }
             if is_last {
+                state.end("it has scattered as often as it may");
                 break;
             }
             crossings = 0;
@@ -168,6 +205,7 @@ impl Path {
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
             if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf) {
+                state.end("nothing is scattered any further");
                 break;
             }
             if !VOLUMETRIC && world.facts().has_shadow_holes {
@@ -181,21 +219,38 @@ impl Path {
     }
 
     /// Russian roulette after a bounce; survivors carry the energy of the others.
-    fn survives(&self, state: &mut State) -> bool {
+    fn survives<O: Observer>(&self, state: &mut State<'_, O>) -> bool {
         let u = state.sampler.get_1d();
         let carried = (state.beta * state.eta_scale).max_component();
         if carried < self.rr_threshold && state.bounces > ROULETTE_AFTER {
             let p_end = (1.0 - carried).max(MIN_ROULETTE);
             if u < p_end {
+                state.end("Russian roulette");
                 return false;
             }
             state.beta *= 1.0 / (1.0 - p_end);
+            state.see(|_| Event::Survived { p_end });
         }
         true
     }
 }
 
-impl State<'_> {
+impl<O: Observer> State<'_, O> {
+    /// Tells the observer.
+    #[inline(always)]
+    fn see(&mut self, event: impl FnOnce(&Self) -> Event) {
+        if O::LOOKS {
+            let event = event(self);
+            self.observer.see(event);
+        }
+    }
+
+    /// Tells the observer why the path ends.
+    #[inline(always)]
+    fn end(&mut self, why: &'static str) {
+        self.see(|_| Event::Ended { why });
+    }
+
     /// Adds the light of the environment to a path that leaves the scene.
     fn add_environment(&mut self) {
         let w = self.ray.d;
@@ -206,7 +261,18 @@ impl State<'_> {
                 .environment_weighted(&at, w, |pdf_light| power_heuristic(pdf_w, pdf_light)),
             Origin::Hidden => return,
         };
-        self.radiance += self.beta * le;
+        self.find(LightId::NONE, le, 1.0);
+    }
+
+    /// Adds light that the path has found.
+    fn find(&mut self, light: LightId, le: Rgb, weight: f32) {
+        let added = self.beta * le * weight;
+        self.radiance += added;
+        self.see(|_| Event::Found {
+            light,
+            radiance: le * weight,
+            added,
+        });
     }
 
     /// Adds the emission of the surface the path has met.
@@ -224,7 +290,7 @@ impl State<'_> {
             }
             Origin::Hidden => return,
         };
-        self.radiance += self.beta * le * weight;
+        self.find(light, le, weight);
     }
 
     /// The second half of the light sampling at the vertex, where it passes surfaces that cast no shadow: the
@@ -267,6 +333,9 @@ impl State<'_> {
             self.ray.d,
             self.ray.time,
         );
+        self.see(|state| Event::Crossed {
+            medium: state.medium,
+        });
     }
 
     /// Distance `t` to a collision before the wall at `hit`, moved off the wall where rounding could carry the point
@@ -326,6 +395,13 @@ impl State<'_> {
             time: self.ray.time,
         };
         self.bounces += 1;
+        self.see(|state| Event::Scattered {
+            wi,
+            pdf_w: (!phase.is_delta()).then_some(pdf_w),
+            weight: Rgb::ONE,
+            transmitted: true,
+            medium: state.medium,
+        });
     }
 
     /// Scatters at a surface, and below it where the material lets light in. False where the path ends.
@@ -369,6 +445,10 @@ impl State<'_> {
         };
         self.beta *= exit.weight;
         self.eta_scale = eta_scale;
+        self.see(|_| Event::Surfaced {
+            p: exit.surface.p,
+            weight: exit.weight,
+        });
         // Light leaves as from a diffuse surface, whatever way it came.
         let surface = &exit.surface;
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
@@ -440,6 +520,13 @@ impl State<'_> {
             sample.wi,
             self.ray.time,
         );
+        self.see(|state| Event::Scattered {
+            wi: sample.wi,
+            pdf_w: (!sample.specular).then_some(sample.pdf_w),
+            weight: sample.weight,
+            transmitted: sample.transmitted,
+            medium: state.medium,
+        });
         Some(sample.transmitted)
     }
 
@@ -452,19 +539,42 @@ impl State<'_> {
         medium: MediumId,
     ) {
         let contribution = self.beta * f * sample.radiance * (weight / sample.pdf);
-        if contribution.is_black() {
-            return;
+        let mut transmittance = None;
+        if !contribution.is_black() {
+            let tr = self.transmittance::<VOLUMETRIC>(sample, medium);
+            if !tr.is_black() {
+                self.radiance += contribution * tr;
+            }
+            transmittance = Some(tr);
         }
+        self.see(|_| Event::Sampled {
+            wi: sample.wi,
+            radiance: sample.radiance,
+            pdf: sample.pdf,
+            f,
+            weight,
+            transmittance,
+            added: transmittance.map_or(Rgb::BLACK, |tr| contribution * tr),
+        });
+    }
+
+    /// The part of light that was sampled which arrives.
+    #[inline]
+    fn transmittance<const VOLUMETRIC: bool>(
+        &mut self,
+        sample: &LightSample,
+        medium: MediumId,
+    ) -> Rgb {
         if VOLUMETRIC {
-            let n_rays = &mut self.counters.shadow_rays;
-            let tr = self
-                .world
-                .transmittance(sample, medium, &mut self.rng, n_rays);
-            self.radiance += contribution * tr;
+            let tally = &mut self.counters.shadow;
+            self.world
+                .transmittance(sample, medium, &mut self.rng, tally)
         } else {
-            self.counters.shadow_rays += 1;
-            if !self.world.is_occluded(sample) {
-                self.radiance += contribution;
+            self.counters.shadow.rays += 1;
+            if self.world.is_occluded(sample) {
+                Rgb::BLACK
+            } else {
+                Rgb::ONE
             }
         }
     }
@@ -474,6 +584,7 @@ impl State<'_> {
 mod tests {
     use super::*;
     use crate::ids::{LightId, MaterialId, ObjectId};
+    use crate::integrator::trace::Unobserved;
     use crate::light::{InfiniteLight, Light};
     use crate::math::{Point3, Transform};
     use crate::shape::quadric::{Form, Sphere};
@@ -513,7 +624,14 @@ mod tests {
         };
         let mut counters = Counters::default();
         let mut sampler = Sampler::new(0, [0, 0], 0);
-        let radiance = path.li::<true>(&world, ray, None, &mut sampler, &mut counters);
+        let radiance = path.li::<true, _>(
+            &world,
+            ray,
+            None,
+            &mut sampler,
+            &mut counters,
+            &mut Unobserved,
+        );
         assert_eq!((radiance, counters.stuck_paths), (Rgb::ONE, 0));
     }
 }

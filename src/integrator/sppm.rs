@@ -306,7 +306,7 @@ fn direct_light(
             } else {
                 power_heuristic(sample.pdf, bsdf.pdf(wo, sample.wi))
             };
-            counters.shadow_rays += 1;
+            counters.shadow.rays += 1;
             if !world.is_occluded(&sample) {
                 radiance += f * sample.radiance * (weight / sample.pdf);
             }
