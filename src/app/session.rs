@@ -393,6 +393,15 @@ impl<'a> Session<'a> {
         self.console.detail(&facts.text());
         report.render = Some(facts);
 
+        if rendered.report.found_no_light {
+            let message = format!("no path that carries light was found: {name} is black");
+            self.tell(Diagnostic::new(
+                Severity::Warning,
+                "no-light",
+                None,
+                message,
+            ));
+        }
         self.tell_of_media(&name, &rendered.report.counters);
         let lost = self.lost_samples(&name, compiled, &rendered);
         report.outcome = report.outcome.max(lost);

@@ -20,6 +20,8 @@ use crate::camera::LocalRay;
 pub struct Environment {
     /// Radians per pixel: φ over x, θ over y.
     step: [f64; 2],
+    /// Pixels of the full frame.
+    resolution: [f64; 2],
 }
 
 impl Environment {
@@ -28,7 +30,24 @@ impl Environment {
         let [width, height] = resolution.map(f64::from);
         Self {
             step: [TAU / width, PI / height],
+            resolution: [width, height],
         }
+    }
+
+    /// Density in sr⁻¹ of a ray of unit direction `d` for film positions uniform over the full frame.
+    #[inline]
+    pub fn pdf_w(&self, d: DVec3) -> f64 {
+        1.0 / (TAU * PI * d.x.hypot(d.z))
+    }
+
+    /// Where on the film light from `p` arrives.
+    #[inline]
+    pub fn arrival(&self, p: DVec3) -> Option<[f64; 2]> {
+        let phi = p.z.atan2(p.x).rem_euclid(TAU);
+        let theta = p.x.hypot(p.z).atan2(p.y);
+        let raster = [phi / self.step[0], theta / self.step[1]];
+        let is_inside = raster[0] < self.resolution[0] && raster[1] < self.resolution[1];
+        is_inside.then_some(raster)
     }
 
     /// The ray of a raster position. Beyond the frame the angles go on: over a pole, or once more around.

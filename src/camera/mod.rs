@@ -4,6 +4,7 @@
 //! Camera space: +x right, +y up, +z forward, f64; a projection lives there, and only [`Camera`] knows where that is.
 
 pub mod environment;
+pub mod importance;
 pub mod lens;
 pub mod orthographic;
 pub mod perspective;
@@ -16,6 +17,7 @@ use glam::DVec3;
 
 use crate::math::{Motion, Point3, Ray, Transform, Vec3};
 pub use environment::Environment;
+pub use importance::Arrival;
 pub use orthographic::Orthographic;
 pub use perspective::Perspective;
 pub use realistic::Realistic;
@@ -147,7 +149,8 @@ impl Camera {
         self.shutter
     }
 
-    fn time(&self, sample: &CameraSample) -> f32 {
+    /// The time of a sample.
+    pub fn time(&self, sample: &CameraSample) -> f32 {
         let [open, close] = self.shutter;
         open + (close - open) * sample.time
     }

@@ -42,4 +42,27 @@ impl Perspective {
         };
         self.lens.bend(chief, sample.lens)
     }
+
+    /// Density in sr⁻¹ of a ray of unit direction `d` from any point of the lens, for film positions uniform over the
+    /// full frame. `d` is in front of the camera.
+    #[inline]
+    pub fn pdf_w(&self, d: DVec3) -> f64 {
+        // Through any point of the lens directions map to the film as through its centre, moved.
+        1.0 / (self.screen.area() * d.z * d.z * d.z)
+    }
+
+    /// The point of the lens that `u_lens` chooses, and where on the film light from `p` that falls on it arrives.
+    /// `None` if that is outside the full frame.
+    #[inline]
+    pub fn arrival(&self, p: DVec3, u_lens: [f32; 2]) -> Option<(DVec3, [f64; 2])> {
+        if !(p.z > 0.0) {
+            return None;
+        }
+        let on_lens = self.lens.at(u_lens);
+        let mut on_screen = (p.truncate() - on_lens) / p.z;
+        if self.lens.radius > 0.0 {
+            on_screen += on_lens / self.lens.focal_distance;
+        }
+        Some((on_lens.extend(0.0), self.screen.raster(on_screen)?))
+    }
 }

@@ -9,6 +9,8 @@ pub struct Screen {
     corner: DVec2,
     /// Change per pixel.
     step: DVec2,
+    /// Pixels of the full frame.
+    resolution: DVec2,
 }
 
 impl Screen {
@@ -20,6 +22,7 @@ impl Screen {
             // Raster y runs down, screen y up.
             corner: DVec2::new(x0, y1),
             step: DVec2::new((x1 - x0) / width, (y0 - y1) / height),
+            resolution: DVec2::new(width, height),
         }
     }
 
@@ -36,5 +39,19 @@ impl Screen {
     #[inline]
     pub fn at(&self, raster: [f64; 2]) -> DVec2 {
         self.corner + self.step * DVec2::from(raster)
+    }
+
+    /// Raster position of a screen position, if it is in the full frame.
+    #[inline]
+    pub fn raster(&self, at: DVec2) -> Option<[f64; 2]> {
+        let raster = (at - self.corner) / self.step;
+        let is_inside = raster.cmpge(DVec2::ZERO).all() && raster.cmplt(self.resolution).all();
+        is_inside.then(|| raster.to_array())
+    }
+
+    /// Area of the window.
+    #[inline]
+    pub fn area(&self) -> f64 {
+        (self.step * self.resolution).element_product().abs()
     }
 }

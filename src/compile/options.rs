@@ -4,11 +4,13 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
 use crate::compile::reader::ParamReader;
-use crate::compile::{CompileOptions, lookup, unsupported};
+use crate::compile::{CompileOptions, lookup};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
-use crate::integrator::{AmbientOcclusion, Direct, Integrator, LightSampling, Path, Sppm};
+use crate::integrator::{
+    AmbientOcclusion, Bdpt, Direct, Integrator, LightSampling, Mlt, Path, Sppm,
+};
 use crate::sampler::SamplerKind;
 use crate::world::LightStrategy;
 
@@ -22,6 +24,10 @@ const MAX_SIDE: u32 = 1 << 24;
 const MAX_PIXELS: usize = 1 << 30;
 /// Largest radius of a filter, in pixels: every block of pixels carries a border of this width.
 const MAX_FILTER_RADIUS: f64 = 256.0;
+/// Most bootstrap paths of all lengths.
+const MAX_BOOTSTRAP: u64 = 1 << 26;
+/// Most scattering events where single strategies are to be shown.
+const MAX_VISUALIZED_DEPTH: u32 = 5;
 
 pub(super) struct FilmOptions {
     pub(super) desc: FilmDesc,
@@ -243,12 +249,19 @@ pub(super) fn integrator(
         let p = ParamReader::new(plugin, &frame.integrator, diagnostics);
         return Some(photon_mapping(name, p, options));
     }
-    if matches!(name, "bdpt" | "mlt") {
-        let what = format!("the integrator \"{name}\"");
-        diagnostics.push(unsupported(&what, kind.span, "nothing is rendered"));
-        return None;
-    }
     let mut p = ParamReader::new(plugin, &frame.integrator, diagnostics);
+    if name == "mlt" {
+        let integrator = Integrator::Mlt(metropolis(&mut p));
+        p.finish();
+        return Some(IntegratorOptions {
+            integrator,
+            name,
+            volumetric: true,
+            light_strategy: LightStrategy::Power,
+            pixel_bounds: None,
+            spp: None,
+        });
+    }
     let count = |n: i32| u32::try_from(n).unwrap_or(0);
     let mut light_strategy = LightStrategy::Spatial;
     let integrator = match name {
@@ -268,19 +281,16 @@ pub(super) fn integrator(
             by_cosine: p.bool("cossample"),
         }),
         _ => {
-            let path = Path {
-                max_depth: count(p.int("maxdepth")),
-                rr_threshold: p.float("rrthreshold"),
-            };
             light_strategy = match p.choice("lightsamplestrategy") {
                 "uniform" => LightStrategy::Uniform,
                 "power" => LightStrategy::Power,
                 _ => LightStrategy::Spatial,
             };
-            if name == "volpath" {
-                Integrator::VolPath(path)
-            } else {
-                Integrator::Path(path)
+            let max_depth = count(p.int("maxdepth"));
+            match name {
+                "bdpt" => Integrator::Bdpt(bidirectional(&mut p, max_depth, light_strategy)),
+                "volpath" => Integrator::VolPath(path(&mut p, max_depth)),
+                _ => Integrator::Path(path(&mut p, max_depth)),
             }
         }
     };
@@ -295,13 +305,41 @@ pub(super) fn integrator(
     });
     p.finish();
     Some(IntegratorOptions {
-        volumetric: matches!(integrator, Integrator::VolPath(_)),
+        volumetric: matches!(integrator, Integrator::VolPath(_) | Integrator::Bdpt(_)),
         integrator,
         name,
         light_strategy,
         pixel_bounds,
         spp: None,
     })
+}
+
+fn path(p: &mut ParamReader, max_depth: u32) -> Path {
+    Path {
+        max_depth,
+        rr_threshold: p.float("rrthreshold"),
+    }
+}
+
+fn bidirectional(p: &mut ParamReader, max_depth: u32, light_strategy: LightStrategy) -> Bdpt {
+    let visualized = ["visualizestrategies", "visualizeweights"];
+    let shows_more = visualized.map(|name| p.bool(name)).contains(&true);
+    let mut bdpt = Bdpt {
+        max_depth,
+        light_strategy,
+    };
+    if shows_more {
+        // The picture is pbrt-v3's, its pictures of single strategies are not made.
+        bdpt.max_depth = max_depth.min(MAX_VISUALIZED_DEPTH);
+        let message = "pictures of single strategies are not written";
+        let span = p.span(visualized[0]);
+        p.report(
+            Diagnostic::warning("no-visualization", span, message).with_label(format!(
+                "\"maxdepth\" is at most {MAX_VISUALIZED_DEPTH} then"
+            )),
+        );
+    }
+    bdpt
 }
 
 /// Stochastic progressive photon mapping, whose iterations are its samples per pixel.
@@ -340,6 +378,32 @@ fn photon_mapping(
         pixel_bounds: None,
         spp: Some(options.spp.unwrap_or(iterations).max(1)),
     }
+}
+
+/// Metropolis light transport.
+fn metropolis(p: &mut ParamReader) -> Mlt {
+    let max_depth = u32::try_from(p.int("maxdepth")).unwrap_or(0);
+    let wanted = u32::try_from(p.int("bootstrapsamples")).unwrap_or(1);
+    // A bootstrap path of each length is kept.
+    let most = (MAX_BOOTSTRAP / (u64::from(max_depth) + 1)).max(1) as u32;
+    let mut settings = Mlt {
+        max_depth: max_depth.min(MAX_BOOTSTRAP as u32 - 1),
+        n_bootstrap: wanted.min(most),
+        n_chains: u32::try_from(p.int("chains")).unwrap_or(1),
+        mutations_per_pixel: u32::try_from(p.int("mutationsperpixel")).unwrap_or(1),
+        large_step: p.float("largestepprobability"),
+        sigma: p.float("sigma"),
+    };
+    settings.n_bootstrap = settings.n_bootstrap.max(1);
+    if settings.n_bootstrap < wanted {
+        let span = p.span("bootstrapsamples");
+        let message = format!(
+            "{wanted} bootstrap paths of each length are too many: {} are followed",
+            settings.n_bootstrap
+        );
+        p.report(Diagnostic::warning("many-bootstrap-samples", span, message));
+    }
+    settings
 }
 
 /// One hierarchy serves all accelerators; their parameters are checked and have no effect.

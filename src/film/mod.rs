@@ -48,6 +48,17 @@ impl PixelSum {
 pub struct Film {
     desc: FilmDesc,
     sums: Vec<PixelSum>,
+    /// Sums of splats; empty until there are any.
+    splats: Vec<[f64; 3]>,
+    /// Light paths behind the splats.
+    n_light_paths: u64,
+}
+
+/// Light that came to the film by itself, in the pixel it fell into.
+#[derive(Clone, Copy, PartialEq, Debug)]
+struct Splat {
+    pixel: [i32; 2],
+    rgb: Rgb,
 }
 
 /// The part of the film that the samples of one block touch.
@@ -55,6 +66,8 @@ pub struct Film {
 pub struct FilmBlock {
     bounds: PixelRect,
     sums: Vec<PixelSum>,
+    splats: Vec<Splat>,
+    n_light_paths: u64,
 }
 
 impl FilmDesc {
@@ -99,6 +112,19 @@ impl FilmDesc {
                 height,
             },
             sums: vec![PixelSum::default(); width * height],
+            splats: Vec::new(),
+            n_light_paths: 0,
+        }
+    }
+
+    /// Radiance of more luminance than allowed, scaled down to it.
+    #[inline]
+    fn limited(&self, radiance: Rgb) -> Rgb {
+        let luminance = radiance.luminance();
+        if luminance > self.max_sample_luminance {
+            radiance * (self.max_sample_luminance / luminance)
+        } else {
+            radiance
         }
     }
 }
@@ -113,6 +139,8 @@ impl Film {
         Self {
             desc,
             sums: vec![PixelSum::default(); n_pixels],
+            splats: Vec::new(),
+            n_light_paths: 0,
         }
     }
 
@@ -123,7 +151,16 @@ impl Film {
 
     /// Pixels that samples are taken in: the crop window grown by the filter's radius, also beyond the frame.
     pub fn sample_bounds(&self) -> PixelRect {
-        let crop = self.desc.crop;
+        self.bounds_around(self.desc.crop)
+    }
+
+    /// Pixels that samples would be taken in without a crop window.
+    pub fn full_sample_bounds(&self) -> PixelRect {
+        let [width, height] = self.desc.resolution.map(|side| side as usize);
+        self.bounds_around(PixelRect::from_size(width, height))
+    }
+
+    fn bounds_around(&self, crop: PixelRect) -> PixelRect {
         let [rx, ry] = self.desc.filter.radius();
         let range = |start: i32, length: usize, r: f64| {
             let lo = (start as f64 + 0.5 - r).floor() as i32;
@@ -140,9 +177,13 @@ impl Film {
         }
     }
 
-    /// The blocks that make up the sample bounds, row by row: the order of addition.
+    /// The blocks that make up the sample bounds.
     pub fn blocks(&self) -> Vec<PixelRect> {
-        let bounds = self.sample_bounds();
+        Self::blocks_of(self.sample_bounds())
+    }
+
+    /// The blocks that make up a rectangle, row by row: the order of addition.
+    pub fn blocks_of(bounds: PixelRect) -> Vec<PixelRect> {
         let (x1, y1) = (
             bounds.x0 + bounds.width as i32,
             bounds.y0 + bounds.height as i32,
@@ -170,7 +211,7 @@ impl Film {
         blocks
     }
 
-    /// Adds a finished block. Blocks are added in the order of [`Film::blocks`], one pass after the other.
+    /// Adds a finished block. Blocks are added in the order of [`Film::blocks_of`], one pass after the other.
     pub fn merge(&mut self, block: &FilmBlock) {
         let crop = self.desc.crop;
         for (row, line) in block
@@ -185,40 +226,66 @@ impl Film {
                 sum.add(add);
             }
         }
+        self.n_light_paths += block.n_light_paths;
+        if self.splats.is_empty() && !block.splats.is_empty() {
+            self.splats = vec![[0.0; 3]; self.sums.len()];
+        }
+        for splat in &block.splats {
+            let [x, y] = splat.pixel;
+            let index = (y - crop.y0) as usize * crop.width + (x - crop.x0) as usize;
+            for (sum, c) in self.splats[index].iter_mut().zip(splat.rgb.to_array()) {
+                *sum += f64::from(c);
+            }
+        }
     }
 
-    /// The picture so far: weighted means, negative values cut to 0, times the film's scale.
+    /// The picture so far: weighted means and what was splatted, negative values cut to 0, times the film's scale.
     pub fn develop(&self) -> Image {
-        let data = self
-            .sums
-            .iter()
-            .flat_map(|sum| {
-                let inverse = if sum.weight != 0.0 {
-                    1.0 / sum.weight
-                } else {
-                    0.0
-                };
-                sum.rgb
-                    .map(|c| ((c * inverse).max(0.0) * self.desc.scale) as f32)
+        let [width, height] = self.desc.resolution.map(f64::from);
+        // Splats are parts of the mean over the frame; each light path stands for as much of it.
+        let splat_scale = width * height / self.n_light_paths.max(1) as f64;
+        let pixel = |(index, sum): (usize, &PixelSum)| {
+            let inverse = if sum.weight != 0.0 {
+                1.0 / sum.weight
+            } else {
+                0.0
+            };
+            let splat = self.splats.get(index).copied().unwrap_or_default();
+            [0, 1, 2].map(|channel| {
+                let mean = sum.rgb[channel] * inverse + splat[channel] * splat_scale;
+                (mean.max(0.0) * self.desc.scale) as f32
             })
-            .collect();
+        };
+        let data = self.sums.iter().enumerate().flat_map(pixel).collect();
         Image::new(self.desc.crop.width, self.desc.crop.height, 3, data)
             .expect("a film has pixels, three channels each")
     }
 }
 
 impl FilmBlock {
+    /// Counts a light path: what it adds is a sample of the mean over the full frame.
+    pub fn count_light_path(&mut self) {
+        self.n_light_paths += 1;
+    }
+
+    /// Adds what a light path brings to a raster position, as a part of the mean over the full frame. It stays in the
+    /// pixel it falls into, as in pbrt-v3; outside the crop window it is lost.
+    pub fn add_splat(&mut self, desc: &FilmDesc, raster: [f64; 2], rgb: Rgb) {
+        let pixel = raster.map(|r| r.floor() as i32);
+        if desc.crop.holds(pixel) {
+            let rgb = desc.limited(rgb);
+            self.splats.push(Splat { pixel, rgb });
+        }
+    }
+
     /// Adds a sample of finite radiance at a raster position. `weight` is the camera's; it does not enter the
     /// denominator.
     #[inline]
     pub fn add_sample(&mut self, desc: &FilmDesc, raster: [f64; 2], radiance: Rgb, weight: f32) {
-        let luminance = radiance.luminance();
-        let radiance = if luminance > desc.max_sample_luminance {
-            radiance * (desc.max_sample_luminance / luminance)
-        } else {
-            radiance
-        };
-        let rgb = radiance.to_array().map(|c| c as f64 * weight as f64);
+        let rgb = desc
+            .limited(radiance)
+            .to_array()
+            .map(|c| c as f64 * weight as f64);
         let [rx, ry] = desc.filter.radius();
         let (px, py) = (raster[0] - 0.5, raster[1] - 0.5);
         let range = |p: f64, r: f64, lo: i32, n: usize| {

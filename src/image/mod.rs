@@ -55,6 +55,14 @@ impl PixelRect {
         }
     }
 
+    /// Whether a pixel lies inside.
+    pub fn holds(&self, [x, y]: [i32; 2]) -> bool {
+        let inside = |v: i32, start: i32, length: usize| {
+            v >= start && (i64::from(v) - i64::from(start)) < length as i64
+        };
+        inside(x, self.x0, self.width) && inside(y, self.y0, self.height)
+    }
+
     /// True when `other` lies inside.
     pub fn contains(&self, other: &Self) -> bool {
         let inside = |start: i32, length: usize, other_start: i32, other_length: usize| {

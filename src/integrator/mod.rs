@@ -1,8 +1,10 @@
 //! Light transport: the radiance along a camera ray. Knows the world; knows no film, no files, no threads.
 
 pub mod ambient_occlusion;
+pub mod bdpt;
 pub mod direct;
 pub mod footprint;
+pub mod mlt;
 pub mod path;
 pub mod sppm;
 pub mod subsurface;
@@ -13,9 +15,11 @@ use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
-use crate::world::{ShadowTally, World};
+use crate::world::{LightStrategy, ShadowTally, World};
 pub use ambient_occlusion::AmbientOcclusion;
+pub use bdpt::Bdpt;
 pub use direct::{Direct, LightSampling};
+pub use mlt::Mlt;
 pub use path::Path;
 pub use sppm::Sppm;
 use trace::{Observer, Unobserved};
@@ -33,6 +37,10 @@ pub enum Integrator {
     Direct(Direct),
     /// How open the hemisphere is.
     AmbientOcclusion(AmbientOcclusion),
+    /// Surfaces and media, from both ends.
+    Bdpt(Bdpt),
+    /// The same by Markov chains.
+    Mlt(Mlt),
 }
 
 /// Events of the inner loop, counted by each worker and added up at the end.
@@ -121,6 +129,17 @@ impl Integrator {
             }
             Self::Direct(direct) => direct.li(world, ray, differential, sampler, counters),
             Self::AmbientOcclusion(ambient) => ambient.li(world, ray, sampler, counters),
+            Self::Bdpt(bdpt) => bdpt.li(world, ray, sampler, counters),
+            // A single ray needs no chain: what chains estimate is what they visit.
+            Self::Mlt(mlt) => {
+                let light_strategy = LightStrategy::Power;
+                let max_depth = mlt.max_depth;
+                let bdpt = Bdpt {
+                    max_depth,
+                    light_strategy,
+                };
+                bdpt.li(world, ray, sampler, counters)
+            }
         }
     }
 }

@@ -132,7 +132,7 @@ impl Path {
                         state.counters.medium_scatterings += 1;
                         differential = None;
                         crossings = 0;
-                        let t = hit.map_or(t, |hit| state.stay_inside(t, &hit));
+                        let t = hit.map_or(t, |hit| stay_inside(world, &state.ray, t, &hit));
                         state.see(|_| Event::Collided { t, weight });
                         let phase = medium.phase();
                         if state.bounces >= self.max_depth {
@@ -336,26 +336,6 @@ impl<O: Observer> State<'_, O> {
         self.see(|state| Event::Crossed {
             medium: state.medium,
         });
-    }
-
-    /// Distance `t` to a collision before the wall at `hit`, moved off the wall where rounding could carry the point
-    /// through it: the path would go on in a medium it has left.
-    fn stay_inside(&self, t: f32, hit: &Hit) -> f32 {
-        let end = hit.at.t;
-        let size = self.ray.o.0.abs().max_element() + end;
-        // Far from the wall at any angle that matters: most collisions end here.
-        if end - t > NEAR_WALL * size {
-            return t;
-        }
-        let surface = self.world.surface(&self.ray, hit);
-        let rounding =
-            surface.p_err.0 + surface.p.0.abs() * (2.0 * EPSILON) + size * (2.0 * EPSILON);
-        let reach = surface.ng.0.abs().dot(rounding) / surface.ng.abs_dot(self.ray.d);
-        if end - t > reach {
-            t
-        } else {
-            (end - 2.0 * reach).max(0.5 * end)
-        }
     }
 
     /// Scatters in the current medium at distance `t`.
@@ -577,6 +557,25 @@ impl<O: Observer> State<'_, O> {
                 Rgb::ONE
             }
         }
+    }
+}
+
+/// Distance `t` to a collision before the wall at `hit`, moved off the wall where rounding could carry the point
+/// through it: the path would go on in a medium it has left.
+pub(super) fn stay_inside(world: &World, ray: &Ray, t: f32, hit: &Hit) -> f32 {
+    let end = hit.at.t;
+    let size = ray.o.0.abs().max_element() + end;
+    // Far from the wall at any angle that matters: most collisions end here.
+    if end - t > NEAR_WALL * size {
+        return t;
+    }
+    let surface = world.surface(ray, hit);
+    let rounding = surface.p_err.0 + surface.p.0.abs() * (2.0 * EPSILON) + size * (2.0 * EPSILON);
+    let reach = surface.ng.0.abs().dot(rounding) / surface.ng.abs_dot(ray.d);
+    if end - t > reach {
+        t
+    } else {
+        (end - 2.0 * reach).max(0.5 * end)
     }
 }
 

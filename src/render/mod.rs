@@ -2,6 +2,8 @@
 //!
 //! The picture is a function of the job alone: thread count and schedule never change a bit.
 
+mod bidirectional;
+mod mlt;
 mod sppm;
 
 use std::collections::BTreeMap;
@@ -12,10 +14,12 @@ use crate::camera::{Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
 use crate::integrator::trace::{Observer, Unobserved};
-use crate::integrator::{Counters, Integrator};
+use crate::integrator::{Counters, Integrator, Mlt};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::spectrum::Rgb;
 use crate::world::World;
+use bidirectional::Bidirectional;
+use mlt::Metropolis;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
 /// last bits of every picture.
@@ -67,6 +71,8 @@ pub struct RenderReport {
     pub first_bad_sample: Option<([i32; 2], u32)>,
     /// Events of the inner loop.
     pub counters: Counters,
+    /// The search for paths that carry light, before anything was rendered, found none.
+    pub found_no_light: bool,
     /// Rendering was stopped early.
     pub cancelled: bool,
 }
@@ -112,9 +118,21 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         return sppm::render(job, sppm, progress, cancel);
     }
     let film = Film::new(job.film.clone());
-    let blocks = film.blocks();
+    let bounds = film.sample_bounds();
+    let bidirectional = match &job.integrator {
+        Integrator::Mlt(settings) => return render_chains(job, settings, film, progress, cancel),
+        Integrator::Bdpt(bdpt) => Some(Bidirectional::new(job, bdpt, bounds)),
+        Integrator::Path(_)
+        | Integrator::VolPath(_)
+        | Integrator::Direct(_)
+        | Integrator::AmbientOcclusion(_)
+        | Integrator::Sppm(_) => None,
+    };
+    let blocks = match &bidirectional {
+        Some(shared) if shared.needs_full_frame() => Film::blocks_of(film.full_sample_bounds()),
+        _ => Film::blocks_of(bounds),
+    };
     let n_passes = job.spp.div_ceil(SAMPLES_PER_PASS) as usize;
-    let n_tasks = blocks.len() * n_passes;
     let task = |index: usize| {
         let first_sample = (index / blocks.len()) as u32 * SAMPLES_PER_PASS;
         let n_samples = (job.spp - first_sample).min(SAMPLES_PER_PASS);
@@ -124,77 +142,124 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
             n_samples,
         }
     };
-    let bounds = film.sample_bounds();
     let (width, height) = job
         .pixel_bounds
         .map_or((bounds.width, bounds.height), |pixels| {
             overlap(&bounds, &pixels)
         });
     let total = width as u64 * height as u64 * job.spp as u64;
-    let report = RenderReport::default();
-    let schedule = Mutex::new(Schedule {
-        next: 0,
-        merged: 0,
-        pending: BTreeMap::new(),
-        film,
-        report,
-    });
-    let merged_some = Condvar::new();
-    // Set by the first bad sample where the feature `nan-trap` is built in.
-    let trap = AtomicBool::new(false);
-    let n_threads = rayon::current_num_threads();
-    let max_pending = n_threads * PENDING_PER_THREAD;
-
-    let work = || {
-        loop {
-            let index = {
-                let mut schedule = lock(&schedule);
-                while schedule.next >= schedule.merged + max_pending && schedule.next < n_tasks {
-                    schedule = merged_some
-                        .wait(schedule)
-                        .unwrap_or_else(PoisonError::into_inner);
-                }
-                let stop = cancel.load(Ordering::Relaxed) || trap.load(Ordering::Relaxed);
-                if schedule.next >= n_tasks || stop {
-                    // Nobody may go on waiting for a merge that will not come.
-                    merged_some.notify_all();
-                    return;
-                }
-                schedule.next += 1;
-                schedule.next - 1
-            };
-            let release = ReleaseWaiting {
-                schedule: &schedule,
-                merged_some: &merged_some,
-                n_tasks,
-            };
-            let result = render_block(job, &task(index));
-            drop(release);
-            if cfg!(feature = "nan-trap") && result.report.bad_samples > 0 {
-                trap.store(true, Ordering::Relaxed);
-            }
-            let mut schedule = lock(&schedule);
-            schedule.pending.insert(index, result);
-            schedule.merge_ready();
-            merged_some.notify_all();
-            let done = schedule.report.samples;
-            drop(schedule);
-            progress.samples_done(done, total);
-        }
+    let work = Work {
+        n_tasks: blocks.len() * n_passes,
+        pending_per_thread: PENDING_PER_THREAD,
+        total,
+        run: |index| match &bidirectional {
+            Some(shared) => shared.render_block(&task(index)),
+            None => render_block(job, &task(index)),
+        },
     };
-    rayon::scope(|scope| {
-        for _ in 0..n_threads {
-            scope.spawn(|_| work());
-        }
-    });
+    work.render(film, progress, cancel)
+}
 
-    let mut schedule = schedule
-        .into_inner()
-        .unwrap_or_else(PoisonError::into_inner);
-    schedule.report.cancelled = schedule.merged < n_tasks;
-    Rendered {
-        image: schedule.film.develop(),
-        report: schedule.report,
+/// Metropolis light transport: chains in place of blocks.
+fn render_chains(
+    job: &Job,
+    settings: &Mlt,
+    film: Film,
+    progress: &dyn Progress,
+    cancel: &AtomicBool,
+) -> Rendered {
+    let metropolis = Metropolis::new(job, settings);
+    let n_chains = metropolis.n_chains();
+    let work = Work {
+        n_tasks: n_chains,
+        pending_per_thread: mlt::PENDING_PER_THREAD,
+        total: metropolis.n_mutations(),
+        run: |chain| metropolis.run_chain(chain),
+    };
+    let mut rendered = work.render(film, progress, cancel);
+    rendered.report.found_no_light = n_chains == 0;
+    rendered
+}
+
+/// Tasks whose results are added in their order.
+struct Work<R> {
+    n_tasks: usize,
+    /// Results that may wait, per thread, for an earlier one.
+    pending_per_thread: usize,
+    /// Samples in all.
+    total: u64,
+    run: R,
+}
+
+impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
+    fn render(&self, film: Film, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
+        let Self { n_tasks, total, .. } = *self;
+        let report = RenderReport::default();
+        let schedule = Mutex::new(Schedule {
+            next: 0,
+            merged: 0,
+            pending: BTreeMap::new(),
+            film,
+            report,
+        });
+        let merged_some = Condvar::new();
+        // Set by the first bad sample where the feature `nan-trap` is built in.
+        let trap = AtomicBool::new(false);
+        let n_threads = rayon::current_num_threads();
+        let max_pending = n_threads * self.pending_per_thread;
+
+        let work = || {
+            loop {
+                let index = {
+                    let mut schedule = lock(&schedule);
+                    while schedule.next >= schedule.merged + max_pending && schedule.next < n_tasks
+                    {
+                        schedule = merged_some
+                            .wait(schedule)
+                            .unwrap_or_else(PoisonError::into_inner);
+                    }
+                    let stop = cancel.load(Ordering::Relaxed) || trap.load(Ordering::Relaxed);
+                    if schedule.next >= n_tasks || stop {
+                        // Nobody may go on waiting for a merge that will not come.
+                        merged_some.notify_all();
+                        return;
+                    }
+                    schedule.next += 1;
+                    schedule.next - 1
+                };
+                let release = ReleaseWaiting {
+                    schedule: &schedule,
+                    merged_some: &merged_some,
+                    n_tasks,
+                };
+                let result = (self.run)(index);
+                drop(release);
+                if cfg!(feature = "nan-trap") && result.report.bad_samples > 0 {
+                    trap.store(true, Ordering::Relaxed);
+                }
+                let mut schedule = lock(&schedule);
+                schedule.pending.insert(index, result);
+                schedule.merge_ready();
+                merged_some.notify_all();
+                let done = schedule.report.samples;
+                drop(schedule);
+                progress.samples_done(done, total);
+            }
+        };
+        rayon::scope(|scope| {
+            for _ in 0..n_threads {
+                scope.spawn(|_| work());
+            }
+        });
+
+        let mut schedule = schedule
+            .into_inner()
+            .unwrap_or_else(PoisonError::into_inner);
+        schedule.report.cancelled = schedule.merged < n_tasks;
+        Rendered {
+            image: schedule.film.develop(),
+            report: schedule.report,
+        }
     }
 }
 
@@ -243,7 +308,7 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
     let block = task.block;
     for y in block.y0..block.y0 + block.height as i32 {
         for x in block.x0..block.x0 + block.width as i32 {
-            if job.pixel_bounds.is_some_and(|bounds| !holds(&bounds, x, y)) {
+            if job.pixel_bounds.is_some_and(|bounds| !bounds.holds([x, y])) {
                 continue;
             }
             for sample in task.first_sample..task.first_sample + task.n_samples {
@@ -270,9 +335,17 @@ fn overlap(a: &PixelRect, b: &PixelRect) -> (usize, usize) {
     )
 }
 
-fn holds(rect: &PixelRect, x: i32, y: i32) -> bool {
-    let inside = |v: i32, start: i32, length: usize| v >= start && ((v - start) as usize) < length;
-    inside(x, rect.x0, rect.width) && inside(y, rect.y0, rect.height)
+/// The first numbers of a sample: where, when, and through which point of the lens.
+fn camera_sample(job: &Job, pixel: [i32; 2], sampler: &mut Sampler) -> CameraSample {
+    let mut u = sampler.get_2d();
+    if job.pixel_centers {
+        u = [0.5; 2];
+    }
+    CameraSample {
+        raster: job.film.position(pixel, u),
+        time: sampler.get_1d(),
+        lens: sampler.get_2d(),
+    }
 }
 
 /// Whether a radiance is one.
@@ -326,15 +399,7 @@ fn take_sample(
     observer: &mut impl Observer,
 ) -> Taken {
     let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
-    let mut u = sampler.get_2d();
-    if job.pixel_centers {
-        u = [0.5; 2];
-    }
-    let camera_sample = CameraSample {
-        raster: job.film.position(pixel, u),
-        time: sampler.get_1d(),
-        lens: sampler.get_2d(),
-    };
+    let camera_sample = camera_sample(job, pixel, &mut sampler);
     let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
         // Nothing passes the lens here: black, and as much a sample as any other.
         return Taken {

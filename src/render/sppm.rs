@@ -19,6 +19,7 @@ use crate::light::LightChoice;
 use crate::sampler::Sampler;
 use crate::sampling::rng::mix_bits;
 use crate::spectrum::Rgb;
+use crate::world::LightStrategy;
 
 /// Photons that make a batch full. Part of the order of addition, as the next two are.
 const FULL_BATCH: usize = 1 << 21;
@@ -64,7 +65,7 @@ pub(super) fn render(
     let pass = Pass {
         job,
         sppm,
-        lights: job.world.power_choice(),
+        lights: job.world.light_choice(LightStrategy::Power),
         n_photons: n_photons(job, sppm),
         cancel,
     };

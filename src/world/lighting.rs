@@ -35,6 +35,10 @@ pub struct LightSample {
     pub pdf: f32,
     /// No other strategy can find this light.
     pub is_delta: bool,
+    /// The point aimed at; meaningless for light from infinitely far away.
+    pub p: Point3,
+    /// The emitting surface's normal there; zero off surfaces.
+    pub ng: Normal3,
     /// The segment to test.
     shadow: Ray,
     t_max: f32,
@@ -157,6 +161,8 @@ impl World {
                     radiance: sample.radiance,
                     pdf: sample.pdf_w * pmf,
                     is_delta: false,
+                    p: Point3::ZERO,
+                    ng: Normal3::ZERO,
                     shadow,
                     t_max: f32::INFINITY,
                     aim: None,
@@ -181,6 +187,7 @@ impl World {
         let radiance = intensity(-wi) * (1.0 / to_light.length_squared());
         let shadow = self.shadow_ray(at, p, wi);
         Some(LightSample {
+            p,
             t_max: shadow.1,
             shadow: shadow.0,
             ..Self::delta(wi, radiance, pmf)
@@ -193,6 +200,8 @@ impl World {
             radiance,
             pdf: pmf,
             is_delta: true,
+            p: Point3::ZERO,
+            ng: Normal3::ZERO,
             shadow: Ray {
                 o: Point3::ZERO,
                 d: wi,
@@ -229,6 +238,8 @@ impl World {
             radiance,
             pdf: sample.pdf_w * pmf,
             is_delta: false,
+            p: sample.p,
+            ng: sample.ng,
             shadow,
             t_max,
             aim: Some(target),

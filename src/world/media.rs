@@ -121,6 +121,19 @@ impl World {
         None
     }
 
+    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`: through
+    /// media and null surfaces, not through anything else. What it met is added to `tally`.
+    pub fn transmittance_along(
+        &self,
+        ray: Ray,
+        medium: MediumId,
+        t_max: f32,
+        rng: &mut Rng,
+        tally: &mut ShadowTally,
+    ) -> Rgb {
+        self.transmittance_where(ray, medium, t_max, |_, _| true, rng, tally)
+    }
+
     /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`:
     /// through media and null surfaces, not through anything else. `counts` leaves out the surface aimed at.
     /// What it met is added to `tally`.

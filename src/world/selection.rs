@@ -98,38 +98,37 @@ impl Tree {
 }
 
 impl World {
-    /// The choice by a strategy.
-    pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
+    /// A choice among all lights for paths that start there: it knows no receiver, `Spatial` chooses half by power
+    /// and half evenly among sources.
+    pub fn light_choice(&self, strategy: LightStrategy) -> LightChoice {
+        LightChoice::new(&self.light_weights(strategy))
+    }
+
+    fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
+        let powers: Vec<f64> = self
+            .lights
+            .iter()
+            .map(|light| self.power(light).max(0.0))
+            .collect();
+        let total: f64 = powers.iter().sum();
         match strategy {
-            LightStrategy::Uniform => LightSelection::fixed(&vec![1.0; self.lights.len()]),
-            LightStrategy::Power => LightSelection {
-                table: self.power_choice(),
-                tree: None,
-            },
-            LightStrategy::Spatial => {
-                let powers = self.powers();
-                let total = powers.iter().sum();
-                let weights = self.mixed_weights(&powers, total);
-                self.tree_selection(&weights)
-                    .unwrap_or_else(|| LightSelection::fixed(&weights))
+            LightStrategy::Uniform => vec![1.0; powers.len()],
+            LightStrategy::Power => {
+                let least = MIN_POWER * total / powers.len() as f64;
+                powers.iter().map(|p| p.max(least)).collect()
             }
+            LightStrategy::Spatial => self.mixed_weights(&powers, total),
         }
     }
 
-    /// Powers of all lights.
-    fn powers(&self) -> Vec<f64> {
-        self.lights
-            .iter()
-            .map(|light| self.power(light).max(0.0))
-            .collect()
-    }
-
-    /// The choice among all lights in proportion to power: of a light for a ray to leave. Its indices are light ids.
-    pub fn power_choice(&self) -> LightChoice {
-        let powers = self.powers();
-        let least = MIN_POWER * powers.iter().sum::<f64>() / powers.len() as f64;
-        let weights: Vec<f64> = powers.iter().map(|p| p.max(least)).collect();
-        LightChoice::new(&weights)
+    /// The choice by a strategy.
+    pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
+        let weights = self.light_weights(strategy);
+        let tree = match strategy {
+            LightStrategy::Uniform | LightStrategy::Power => None,
+            LightStrategy::Spatial => self.tree_selection(&weights),
+        };
+        tree.unwrap_or_else(|| LightSelection::fixed(&weights))
     }
 
     /// Half by power, half evenly among sources.

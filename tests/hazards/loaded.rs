@@ -58,9 +58,12 @@ pub(crate) fn load_with(
     is_error: bool,
 ) -> Option<Compiled> {
     let (compiled, found) = load(scene, file);
-    let told = found.iter().any(|finding| {
-        finding.code == code && finding.is_error == is_error && finding.is_located
-    });
-    assert!(told, "no {code} (error: {is_error}) in {found:?} of\n{scene}");
+    let told = found
+        .iter()
+        .any(|finding| finding.code == code && finding.is_error == is_error && finding.is_located);
+    assert!(
+        told,
+        "no {code} (error: {is_error}) in {found:?} of\n{scene}"
+    );
     compiled
 }

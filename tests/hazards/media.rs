@@ -50,14 +50,19 @@ fn v03_a_camera_in_a_medium_that_is_not_declared_is_told_and_rendered_as_declare
     let fog = homogeneous("fog", [0.2; 3], NOTHING, 0.0) + &environment(ONE);
     let ball = null_sphere([0.0, 0.0, 5.0], 10.0, "fog", "");
     let scene = one_pixel(&volpath(5, NOTHING, AHEAD, &(fog.clone() + &ball)));
-    let job = load_with(&scene, None, "camera-medium", false).expect("a job").job;
+    let job = load_with(&scene, None, "camera-medium", false)
+        .expect("a job")
+        .job;
     // The integrand is pbrt-v3's: a path that starts in vacuum leaves the ball without having been in it.
     assert_eq!(rendered(&job).image.pixel(0, 0), [1.0; 3]);
     let (_, found) = load(&scene, None);
     assert!(found[0].message.contains("\"fog\""), "{found:?}");
     // With the declaration, and outside, nothing is found.
     let declared = fog.clone() + "MediumInterface \"\" \"fog\"\n" + &ball;
-    for (eye, world) in [(NOTHING, &declared), (EYE.map(|x| 3.0 * x), &(fog.clone() + &ball))] {
+    for (eye, world) in [
+        (NOTHING, &declared),
+        (EYE.map(|x| 3.0 * x), &(fog.clone() + &ball)),
+    ] {
         let (_, found) = load(&one_pixel(&volpath(5, eye, AHEAD, world)), None);
         assert!(found.is_empty(), "{found:?}");
     }
@@ -86,8 +91,7 @@ fn v04_overlapping_media_are_those_of_the_boundaries_crossed_last_and_are_counte
             + &ball(order[1])
     };
     for order in [[-0.5, 0.5], [0.5, -0.5]] {
-        let scene = one_pixel(&volpath(5, [0.0, 0.0, -5.0], AHEAD, &balls(order)))
-            + "";
+        let scene = one_pixel(&volpath(5, [0.0, 0.0, -5.0], AHEAD, &balls(order))) + "";
         let (job, found) = load(&scene, None);
         assert!(found.is_empty(), "{found:?}");
         let mut job = job.expect("a job").job;
@@ -127,8 +131,14 @@ fn v05_an_infinite_density_is_an_error_and_vacuum() {
         + &null_box([-1.0; 3], ONE, "fog", "");
     let scene = one_pixel(&volpath(5, EYE, AHEAD, &world));
     let (job, found) = load(&scene, None);
-    assert!(found.iter().any(|f| f.is_error && f.is_located), "{found:?}");
-    assert_eq!(rendered(&job.expect("a job").job).image.pixel(0, 0), [1.0; 3]);
+    assert!(
+        found.iter().any(|f| f.is_error && f.is_located),
+        "{found:?}"
+    );
+    assert_eq!(
+        rendered(&job.expect("a job").job).image.pixel(0, 0),
+        [1.0; 3]
+    );
 }
 
 #[test]
@@ -184,7 +194,10 @@ fn v08_media_that_hold_nothing_are_vacuum() {
     let fog = grid("fog", [0.0, 1.0, 0.0], [0.0, 0.0, 1.0], [2, 1, 1], "0 4");
     let world = fog + &environment(ONE) + &null_box([-1.0; 3], ONE, "fog", "");
     for sample in Probe::new(&volpath(50, EYE, AHEAD, &world)).samples(20_000) {
-        assert!(sample.iter().all(|c| c.is_finite() && *c >= 0.0), "{sample:?}");
+        assert!(
+            sample.iter().all(|c| c.is_finite() && *c >= 0.0),
+            "{sample:?}"
+        );
     }
 }
 
@@ -201,8 +214,14 @@ fn v11_grids_of_the_wrong_size_are_errors_and_vacuum() {
             + &null_box([-1.0; 3], ONE, "fog", "");
         let scene = one_pixel(&volpath(5, EYE, AHEAD, &world));
         let (job, found) = load(&scene, None);
-        assert!(found.iter().any(|f| f.is_error && f.is_located), "{found:?}");
-        assert_eq!(rendered(&job.expect("a job").job).image.pixel(0, 0), [1.0; 3]);
+        assert!(
+            found.iter().any(|f| f.is_error && f.is_located),
+            "{found:?}"
+        );
+        assert_eq!(
+            rendered(&job.expect("a job").job).image.pixel(0, 0),
+            [1.0; 3]
+        );
     }
 }
 
@@ -220,7 +239,8 @@ fn v16_absorbers_need_no_dice() {
         + &environment(ONE)
         + &null_box([-2.0; 3], [2.0; 3], "fog", "");
     // By trapezoids between the nodes, the wall included; y and z fade as well, by the tent of a single cell.
-    let column = (0.5 + 1.0) / 2.0 / 3.0 + (1.0 + 3.0) / 2.0 * 2.0 / 3.0 + (3.0 + 0.0) / 2.0 * 2.0 / 3.0;
+    let column =
+        (0.5 + 1.0) / 2.0 / 3.0 + (1.0 + 3.0) / 2.0 * 2.0 / 3.0 + (3.0 + 0.0) / 2.0 * 2.0 / 3.0;
     let expected = sigma.map(|s| (-s * column).exp());
     let scene = volpath(5, [-5.0, 0.0, 0.0], [1.0, 0.0, 0.0], &ramp);
     assert_exact(&scene, expected, "a ramp");
@@ -255,7 +275,8 @@ fn v17_glass_of_index_1_around_a_medium_is_as_bright_as_nothing() {
             + &crate::solids::box_shape([-1.0; 3], ONE)
             + "AttributeEnd\n"
     };
-    let mean = |material: &str| Probe::new(&volpath(100, EYE, AHEAD, &world(material))).means(60_000);
+    let mean =
+        |material: &str| Probe::new(&volpath(100, EYE, AHEAD, &world(material))).means(60_000);
     let (glass, nothing) = (mean("\"glass\" \"float eta\" 1"), mean("\"\""));
     for (glass, nothing) in glass.iter().zip(&nothing) {
         glass.agrees_with_mean(nothing).assert_accepted("glass");
@@ -264,14 +285,21 @@ fn v17_glass_of_index_1_around_a_medium_is_as_bright_as_nothing() {
 
 #[test]
 fn v20_negative_coefficients_are_errors_and_count_as_0() {
-    for (sigma_a, sigma_s) in [([-1.0, 1.0, 1.0], NOTHING), ([0.0, 1.0, 1.0], [-1.0, 0.0, 0.0])] {
+    for (sigma_a, sigma_s) in [
+        ([-1.0, 1.0, 1.0], NOTHING),
+        ([0.0, 1.0, 1.0], [-1.0, 0.0, 0.0]),
+    ] {
         let world = homogeneous("fog", sigma_a, sigma_s, 0.0)
             + &environment(ONE)
             + &null_box([-1.0; 3], ONE, "fog", "");
         let scene = one_pixel(&volpath(5, EYE, AHEAD, &world));
         let (job, found) = load(&scene, None);
-        assert!(found.iter().any(|f| f.is_error && f.is_located), "{found:?}");
-        let pixel = rendered(&job.expect("a job").job).image.pixel(0, 0);
+        assert!(
+            found.iter().any(|f| f.is_error && f.is_located),
+            "{found:?}"
+        );
+        let image = rendered(&job.expect("a job").job).image;
+        let pixel = image.pixel(0, 0);
         assert_eq!(pixel[0], 1.0);
         assert!(pixel[1] > 0.0 && pixel[1] < 1.0, "{pixel:?}");
     }
@@ -298,7 +326,10 @@ fn v21_an_eye_on_a_boundary_is_on_the_same_side_for_all_directions() {
                 if (radiance - inside).abs() < 2e-5 {
                     sides.push(true);
                 } else {
-                    assert!((radiance - 1.0).abs() < 2e-5, "{radiance} is neither 1 nor {inside}");
+                    assert!(
+                        (radiance - 1.0).abs() < 2e-5,
+                        "{radiance} is neither 1 nor {inside}"
+                    );
                     sides.push(false);
                 }
             }
@@ -377,7 +408,13 @@ fn surroundings_are_those_of_the_boundary_next_to_a_point() {
         compiled.job.world.surroundings(p, 0.0)
     };
     let named = |medium: Option<MediumId>| {
-        medium.map(|medium| if medium.is_some() { names[medium.index()] } else { "vacuum" })
+        medium.map(|medium| {
+            if medium.is_some() {
+                names[medium.index()]
+            } else {
+                "vacuum"
+            }
+        })
     };
     assert_eq!(named(at(0.0)), Some("mist"), "inside the opaque ball");
     assert_eq!(named(at(0.5)), Some("mist"));

@@ -1,0 +1,253 @@
+//! The strategies: how a path is found as a whole from two parts.
+
+use crate::integrator::bdpt::subpath::End;
+use crate::integrator::bdpt::vertex::{Kind, Vertex};
+use crate::integrator::bdpt::weights::{Density, Ends, weight};
+use crate::integrator::bdpt::{Numbers, Tracer};
+use crate::light::Light;
+use crate::spectrum::Rgb;
+
+impl Tracer<'_> {
+    /// The camera path meets a light: no vertex of the light path.
+    pub(super) fn end(&mut self, index: usize, reaches_film: bool) -> Rgb {
+        let End {
+            light,
+            n_before,
+            p,
+            ng,
+            d,
+            radiance,
+            pdf_own,
+        } = self.ends[index];
+        if n_before == 1 {
+            return radiance;
+        }
+        let before = &self.camera_path[n_before - 1];
+        let (emitted, other) = self.emission_densities(light, p, ng, before, -d);
+        let ends = Ends {
+            direct: self.direct_density(light, p, ng, before, d),
+            emitted,
+            is_delta_light: false,
+            reaches_film,
+        };
+        self.densities.clear();
+        self.densities.push(Density {
+            light: 0.0,
+            camera: pdf_own,
+            specular: false,
+        });
+        self.push_camera_path(n_before);
+        self.densities[1].light = other;
+        radiance * weight(&self.densities, &ends, 0) as f32
+    }
+
+    /// The last of `t` vertices of the camera path looks for a point on a light.
+    pub(super) fn direct(
+        &mut self,
+        t: usize,
+        reaches_film: bool,
+        numbers: &mut impl Numbers,
+    ) -> Rgb {
+        let (u_light, u) = (numbers.get_1d_fine(), numbers.get_2d());
+        if t >= self.max_depth + 2 || !self.camera_path[t - 1].connects() {
+            return Rgb::BLACK;
+        }
+        let vertex = &self.camera_path[t - 1];
+        let at = vertex.receiver(self.time);
+        let Some((light, pmf)) = self.world.choose_light(&at, u_light) else {
+            return Rgb::BLACK;
+        };
+        let Some(sample) = self.world.sample_on_light(light, pmf, &at, u) else {
+            return Rgb::BLACK;
+        };
+        let (wi, wo) = (sample.wi, vertex.wo);
+        let found = vertex.beta * vertex.passes_from(wi) * sample.radiance;
+        if found.is_black() {
+            return Rgb::BLACK;
+        }
+        let (emitted, other) = self.emission_densities(light, sample.p, sample.ng, vertex, -wi);
+        let ends = Ends {
+            direct: self.direct_density(light, sample.p, sample.ng, vertex, wi),
+            emitted,
+            is_delta_light: sample.is_delta,
+            reaches_film,
+        };
+        let is_far = matches!(
+            self.world.light(light),
+            Light::Infinite(_) | Light::Distant(_)
+        );
+        let mut on_light = Vertex::start(
+            if is_far {
+                Kind::FarLight(light)
+            } else {
+                Kind::Light(light)
+            },
+            sample.p,
+            vertex.medium,
+        );
+        on_light.ng = sample.ng;
+        let camera = on_light.density(vertex.p, vertex.pdf_w(wo, wi));
+        let back = vertex.pdf_w(wi, wo);
+        let medium = vertex.medium_toward(self.world, wi);
+        self.densities.clear();
+        self.densities.push(Density {
+            light: 0.0,
+            camera,
+            specular: false,
+        });
+        self.push_camera_path(t);
+        self.densities[1].light = other;
+        self.densities[1].specular = false;
+        self.set_back(t, 1, back);
+        let weight = weight(&self.densities, &ends, 1) / f64::from(sample.pdf);
+        if weight == 0.0 {
+            return Rgb::BLACK;
+        }
+        let tally = &mut self.counters.shadow;
+        let tr = self
+            .world
+            .transmittance(&sample, medium, &mut self.rng, tally);
+        found * tr * weight as f32
+    }
+
+    /// Joins the last of `s` ≥ 2 vertices of the light path with the last of `t` ≥ 2 of the camera path.
+    pub(super) fn connect(&mut self, s: usize, t: usize, reaches_film: bool) -> Rgb {
+        let (light, camera) = (&self.light_path[s - 1], &self.camera_path[t - 1]);
+        if !light.connects() || !camera.connects() {
+            return Rgb::BLACK;
+        }
+        let Some(wi) = (light.p - camera.p).try_normalize() else {
+            return Rgb::BLACK;
+        };
+        let passed = camera.passes_from(wi) * light.passes_to(-wi);
+        let found = passed * light.beta * camera.beta;
+        if found.is_black() {
+            return Rgb::BLACK;
+        }
+        let d = light.p.to_f64() - camera.p.to_f64();
+        let to_camera = camera.density(light.p, light.pdf_w(light.wo, -wi));
+        let to_light = light.density(camera.p, camera.pdf_w(camera.wo, wi));
+        let camera_back = camera.pdf_w(wi, camera.wo);
+        let light_back = self.light_path[s - 2].density(light.p, light.pdf_w(-wi, light.wo));
+        let segment = camera.segment_to(light.p, light.p_err, light.ng, self.time);
+        let medium = camera.medium_toward(self.world, wi);
+        let ends = self.light_ends(reaches_film);
+        self.push_light_path(s);
+        self.densities[s - 1].camera = to_light;
+        self.densities[s - 1].specular = false;
+        self.densities[s - 2].camera = light_back;
+        self.push_camera_path(t);
+        self.densities[s].light = to_camera;
+        self.densities[s].specular = false;
+        self.set_back(t, s, camera_back);
+        let weight = weight(&self.densities, &ends, s) / d.length_squared();
+        let (Some((ray, t_max)), true) = (segment, weight > 0.0) else {
+            return Rgb::BLACK;
+        };
+        let tally = &mut self.counters.shadow;
+        let tr = self
+            .world
+            .transmittance_along(ray, medium, t_max, &mut self.rng, tally);
+        found * tr * weight as f32
+    }
+
+    /// The last of `s` ≥ 2 vertices of the light path looks for the camera: where on the film, and what it adds to the
+    /// mean over the frame.
+    pub(super) fn splat(
+        &mut self,
+        s: usize,
+        numbers: &mut impl Numbers,
+    ) -> Option<([f64; 2], Rgb)> {
+        let u_lens = numbers.get_2d();
+        let camera = self.film?;
+        let vertex = &self.light_path[s - 1];
+        if !vertex.connects() {
+            return None;
+        }
+        let arrival = camera.sample_arrival(vertex.p, u_lens, self.time)?;
+        let w = (arrival.p - vertex.p).try_normalize()?;
+        let found = vertex.beta * vertex.passes_to(w);
+        if found.is_black() {
+            return None;
+        }
+        let d = vertex.p.to_f64() - arrival.p.to_f64();
+        let from_camera = vertex.density(arrival.p, arrival.pdf_w);
+        let back = self.light_path[s - 2].density(vertex.p, vertex.pdf_w(w, vertex.wo));
+        let medium = self.world.camera_medium();
+        let lens = Vertex::start(Kind::Camera, arrival.p, medium);
+        let segment = lens.segment_to(vertex.p, vertex.p_err, vertex.ng, self.time);
+        let ends = self.light_ends(true);
+        self.push_light_path(s);
+        self.densities[s - 1].camera = from_camera;
+        self.densities[s - 1].specular = false;
+        self.densities[s - 2].camera = back;
+        self.densities.push(Density {
+            light: 0.0,
+            camera: 0.0,
+            specular: false,
+        });
+        let importance = arrival.pdf_w / d.length_squared();
+        let weight = weight(&self.densities, &ends, s) * importance;
+        let (ray, t_max) = segment?;
+        if weight == 0.0 {
+            return None;
+        }
+        let tally = &mut self.counters.shadow;
+        let tr = self
+            .world
+            .transmittance_along(ray, medium, t_max, &mut self.rng, tally);
+        let rgb = found * tr * weight as f32;
+        (!rgb.is_black()).then_some((arrival.raster, rgb))
+    }
+
+    /// What is particular at the ends of paths that start with the first two vertices of the light path.
+    fn light_ends(&self, reaches_film: bool) -> Ends {
+        let (start, next) = (&self.light_path[0], &self.light_path[1]);
+        let (emitted, is_delta_light) = match start.kind {
+            Kind::Light(light) | Kind::FarLight(light) => {
+                let (emitted, _) =
+                    self.emission_densities(light, start.p, start.ng, next, -start.wo);
+                let is_delta =
+                    !matches!(self.world.light(light), Light::Area(_) | Light::Infinite(_));
+                (emitted, is_delta)
+            }
+            Kind::Camera | Kind::Surface(_) | Kind::Medium(_) => (0.0, true),
+        };
+        Ends {
+            direct: self.light_direct,
+            emitted,
+            is_delta_light,
+            reaches_film,
+        }
+    }
+
+    /// Starts the list of densities with `s` vertices of the light path.
+    fn push_light_path(&mut self, s: usize) {
+        self.densities.clear();
+        let vertices = self.light_path[..s].iter();
+        self.densities.extend(vertices.map(|vertex| Density {
+            light: vertex.pdf_own,
+            camera: vertex.pdf_other,
+            specular: vertex.specular,
+        }));
+    }
+
+    /// Ends it with `t` vertices of the camera path.
+    fn push_camera_path(&mut self, t: usize) {
+        let vertices = self.camera_path[..t].iter().rev();
+        self.densities.extend(vertices.map(|vertex| Density {
+            light: vertex.pdf_other,
+            camera: vertex.pdf_own,
+            specular: vertex.specular,
+        }));
+    }
+
+    /// The density of the second of the last `t` vertices, which follow `s` others, for a path that comes from those
+    /// and scatters at the first with density `pdf_w`.
+    fn set_back(&mut self, t: usize, s: usize, pdf_w: f64) {
+        if t > 2 {
+            let (before, vertex) = (&self.camera_path[t - 2], &self.camera_path[t - 1]);
+            self.densities[s + 1].light = before.density(vertex.p, pdf_w);
+        }
+    }
+}

@@ -1,0 +1,246 @@
+//! Bidirectional path tracing (Lafortune and Willems 1993; Veach and Guibas 1994; pbrt 3rd ed., section 16.3).
+//! Scene-file manual (`bdpt`):
+//!
+//! | parameter | default | meaning |
+//! |---|---|---|
+//! | `integer maxdepth` | 5 | scattering events; 0 shows emitters only |
+//! | `string lightsamplestrategy` | `power` | how a light is chosen |
+//! | `integer[4] pixelbounds` | film | pixels that are rendered |
+//! | `bool visualizestrategies`, `visualizeweights` | false | clamp `maxdepth` to 5; the pictures are not made |
+//!
+//! Every prefix of a path from the camera is joined with every prefix of a path from a light, media and null surfaces
+//! included, and each of these strategies is weighed against all others that could have found the same path. Light
+//! paths that see the camera itself ([`Tracer::splats`]) arrive in pixels of their own.
+//!
+//! Textures have no footprints here, so that a surface is the same from either end of a path. Light below surfaces
+//! is left out, as in pbrt-v3.
+
+mod connect;
+mod subpath;
+mod vertex;
+pub mod weights;
+
+use crate::camera::Camera;
+use crate::ids::LightId;
+use crate::integrator::Counters;
+use crate::light::{Light, LightChoice};
+use crate::math::Ray;
+use crate::sampler::Sampler;
+use crate::sampling::rng::Rng;
+use crate::spectrum::Rgb;
+use crate::world::{LightStrategy, World};
+use subpath::End;
+use vertex::Vertex;
+use weights::Density;
+
+/// Settings of the bidirectional path tracer.
+#[derive(Clone, Copy, Debug)]
+pub struct Bdpt {
+    /// Scattering events.
+    pub max_depth: u32,
+    /// How the lights are chosen at which paths start.
+    pub light_strategy: LightStrategy,
+}
+
+/// Random numbers for one path from one end.
+pub trait Numbers {
+    /// Uniform in [0, 1).
+    fn get_1d(&mut self) -> f32;
+    /// Uniform in [0, 1), of 53 bits.
+    fn get_1d_fine(&mut self) -> f64;
+    /// Uniform in [0, 1)².
+    fn get_2d(&mut self) -> [f32; 2];
+}
+
+impl Numbers for Sampler {
+    fn get_1d(&mut self) -> f32 {
+        self.get_1d()
+    }
+    fn get_1d_fine(&mut self) -> f64 {
+        self.get_1d_fine()
+    }
+    fn get_2d(&mut self) -> [f32; 2] {
+        self.get_2d()
+    }
+}
+
+/// What is the same for all paths of a picture.
+#[derive(Clone, Debug)]
+pub struct Emitters {
+    choice: LightChoice,
+    infinite: Vec<LightId>,
+}
+
+impl Emitters {
+    /// The lights of a world.
+    pub fn new(world: &World, strategy: LightStrategy) -> Self {
+        let is_infinite = |id: &LightId| matches!(world.light(*id), Light::Infinite(_));
+        Self {
+            choice: world.light_choice(strategy),
+            infinite: (0..world.n_lights())
+                .map(LightId::new)
+                .filter(is_infinite)
+                .collect(),
+        }
+    }
+}
+
+/// Follows paths from both ends and joins them. Keeps the storage of one pair of paths after the other.
+#[derive(Debug)]
+pub struct Tracer<'a> {
+    world: &'a World,
+    emitters: &'a Emitters,
+    /// The camera, if light can be followed to it.
+    film: Option<&'a Camera>,
+    max_depth: usize,
+    camera_path: Vec<Vertex<'a>>,
+    /// Lights that the camera path meets.
+    ends: Vec<End>,
+    light_path: Vec<Vertex<'a>>,
+    /// For the light path: density of its first point if drawn for its second.
+    light_direct: f64,
+    densities: Vec<Density>,
+    time: f32,
+    /// For tracking through media.
+    rng: Rng,
+    counters: Counters,
+}
+
+impl<'a> Tracer<'a> {
+    /// `film` is the camera if light paths are followed to it as well; the weights of all strategies heed that.
+    pub fn new(
+        world: &'a World,
+        emitters: &'a Emitters,
+        film: Option<&'a Camera>,
+        max_depth: u32,
+    ) -> Self {
+        Self {
+            world,
+            emitters,
+            film: film.filter(|camera| camera.receives_light()),
+            max_depth: max_depth as usize,
+            camera_path: Vec::new(),
+            ends: Vec::new(),
+            light_path: Vec::new(),
+            light_direct: 0.0,
+            densities: Vec::new(),
+            time: 0.0,
+            rng: Rng::new(0),
+            counters: Counters::default(),
+        }
+    }
+
+    /// What happened so far.
+    pub fn counters(&self) -> &Counters {
+        &self.counters
+    }
+
+    /// Forgets the paths; those that follow exist at `time` and pass media by the stream of `key`.
+    pub fn start(&mut self, time: f32, key: u64) {
+        self.camera_path.clear();
+        self.ends.clear();
+        self.light_path.clear();
+        self.time = time;
+        self.rng = Rng::new(key);
+    }
+
+    /// Follows light from a source.
+    pub fn trace_light(&mut self, numbers: &mut impl Numbers) {
+        self.trace_light_to(self.max_depth + 1, numbers);
+    }
+
+    /// The light that the light path brings to the film, as means over the full frame: calls `add` with raster
+    /// positions and radiances. For `n` light paths in all, a pixel's radiance is their sum there times the number of
+    /// pixels of the frame over `n`.
+    pub fn splats(&mut self, numbers: &mut impl Numbers, mut add: impl FnMut([f64; 2], Rgb)) {
+        for s in 2..=self.light_path.len() {
+            if let Some((raster, rgb)) = self.splat(s, numbers) {
+                add(raster, rgb);
+            }
+        }
+    }
+
+    /// Radiance along a camera ray by all strategies but those of [`Tracer::splats`]. `reaches_film` tells whether
+    /// those could find the same paths: the ray's film position is in the frame.
+    pub fn radiance(&mut self, ray: Ray, reaches_film: bool, numbers: &mut impl Numbers) -> Rgb {
+        let reaches_film = reaches_film && self.film.is_some();
+        self.trace_camera_to(self.max_depth + 1, true, ray, numbers);
+        let mut radiance = Rgb::BLACK;
+        for i in 0..self.ends.len() {
+            radiance += self.end(i, reaches_film);
+        }
+        for t in 2..=self.camera_path.len() {
+            radiance += self.direct(t, reaches_film, numbers);
+            for s in 2..=self.light_path.len().min(self.max_depth + 2 - t) {
+                radiance += self.connect(s, t, reaches_film);
+            }
+        }
+        radiance
+    }
+}
+
+/// One strategy at a time: `s` vertices from the light and `t` from the camera.
+impl Tracer<'_> {
+    /// Follows light as far as strategies with `s` vertices need it.
+    pub fn trace_light_part(&mut self, s: usize, numbers: &mut impl Numbers) {
+        if s >= 2 {
+            self.trace_light_to(s, numbers);
+        }
+    }
+
+    /// Follows a camera ray as far as the strategy needs it.
+    pub fn trace_camera_part(&mut self, s: usize, t: usize, ray: Ray, numbers: &mut impl Numbers) {
+        if s == 0 {
+            self.trace_camera_to(t - 1, true, ray, numbers);
+        } else {
+            self.trace_camera_to(t, false, ray, numbers);
+        }
+    }
+
+    /// Radiance by the strategy with `t` ≥ 2, whose parts have been followed from a film position in the frame.
+    pub fn strategy(&mut self, s: usize, t: usize, numbers: &mut impl Numbers) -> Rgb {
+        let reaches_film = self.film.is_some();
+        match s {
+            0 => {
+                let mut radiance = Rgb::BLACK;
+                for i in 0..self.ends.len() {
+                    if self.ends[i].n_before == t - 1 {
+                        radiance += self.end(i, reaches_film);
+                    }
+                }
+                radiance
+            }
+            _ if self.camera_path.len() < t => Rgb::BLACK,
+            1 => self.direct(t, reaches_film, numbers),
+            _ if self.light_path.len() < s => Rgb::BLACK,
+            _ => self.connect(s, t, reaches_film),
+        }
+    }
+
+    /// What the light path of `s` ≥ 2 vertices brings to the film.
+    pub fn splat_of(&mut self, s: usize, numbers: &mut impl Numbers) -> Option<([f64; 2], Rgb)> {
+        if self.light_path.len() < s {
+            return None;
+        }
+        self.splat(s, numbers)
+    }
+}
+
+impl Bdpt {
+    /// Radiance along a single ray, without light that is followed to the film.
+    pub fn li(
+        &self,
+        world: &World,
+        ray: Ray,
+        sampler: &mut Sampler,
+        counters: &mut Counters,
+    ) -> Rgb {
+        let emitters = Emitters::new(world, self.light_strategy);
+        let mut tracer = Tracer::new(world, &emitters, None, self.max_depth);
+        tracer.start(ray.time, sampler.stream().next_u64());
+        tracer.trace_light(sampler);
+        let radiance = tracer.radiance(ray, false, sampler);
+        counters.add(tracer.counters());
+        radiance
+    }
+}

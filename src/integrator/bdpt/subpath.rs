@@ -1,0 +1,406 @@
+//! Paths from either end, through media and null surfaces.
+
+use crate::ids::{LightId, MediumId};
+use crate::integrator::bdpt::vertex::{Kind, Vertex, density_at};
+use crate::integrator::bdpt::{Numbers, Tracer};
+use crate::integrator::footprint::texture_context;
+use crate::integrator::path::stay_inside;
+use crate::light::Light;
+use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::medium::MediumEvent;
+use crate::scatter::TransportMode;
+use crate::shape::SurfacePoint;
+use crate::spectrum::Rgb;
+use crate::world::{Hit, World, spawn_ray};
+
+/// Vertices after which Russian roulette may end a path. Weights need not know: all strategies lose and gain alike.
+const ROULETTE_AFTER: usize = 16;
+/// Greatest probability with which roulette lets a path live: paths among white walls end.
+const MAX_SURVIVAL: f32 = 0.95;
+
+/// A light that the camera path meets.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct End {
+    pub(super) light: LightId,
+    /// Vertices of the camera path before it.
+    pub(super) n_before: usize,
+    /// Where; meaningless for a light infinitely far away.
+    pub(super) p: Point3,
+    /// Normal of the surface there.
+    pub(super) ng: Normal3,
+    /// Direction of the path.
+    pub(super) d: Vec3,
+    /// What the path carries, times the radiance.
+    pub(super) radiance: Rgb,
+    /// Density with which the path meets it; per solid angle if infinitely far away.
+    pub(super) pdf_own: f64,
+}
+
+/// Which end a path starts at.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+enum Side {
+    Camera,
+    Light,
+}
+
+/// The end of a path that grows.
+struct Head {
+    from: Side,
+    ray: Ray,
+    beta: Rgb,
+    /// Density of its direction; of its position, if it comes from infinitely far away.
+    pdf: f64,
+    medium: MediumId,
+    /// Most vertices of the path.
+    limit: usize,
+    /// Lights that are met count, also behind the last vertex.
+    looks_for_light: bool,
+}
+
+impl<'a> Tracer<'a> {
+    /// A camera path of up to `limit` vertices, the camera included, and if `looks_for_light` the lights it meets.
+    pub(super) fn trace_camera_to(
+        &mut self,
+        limit: usize,
+        looks_for_light: bool,
+        ray: Ray,
+        numbers: &mut impl Numbers,
+    ) {
+        let medium = self.world.camera_medium();
+        self.camera_path
+            .push(Vertex::start(Kind::Camera, ray.o, medium));
+        let pdf_w = self.film.map_or(1.0, |camera| camera.pdf_w(&ray));
+        let head = Head {
+            from: Side::Camera,
+            ray,
+            beta: Rgb::ONE,
+            pdf: pdf_w,
+            medium,
+            limit,
+            looks_for_light,
+        };
+        let mut path = std::mem::take(&mut self.camera_path);
+        self.walk(head, &mut path, numbers);
+        self.camera_path = path;
+    }
+
+    /// A light path of up to `limit` vertices, the point on the light included.
+    pub(super) fn trace_light_to(&mut self, limit: usize, numbers: &mut impl Numbers) {
+        let (u_light, u_pos, u_dir) = (numbers.get_1d_fine(), numbers.get_2d(), numbers.get_2d());
+        let Some((index, pmf)) = self.emitters.choice.sample(u_light) else {
+            return;
+        };
+        let light = LightId::new(index);
+        let Some(sample) = self.world.sample_emission(light, u_pos, u_dir, self.time) else {
+            return;
+        };
+        let is_far = matches!(
+            self.world.light(light),
+            Light::Infinite(_) | Light::Distant(_)
+        );
+        let kind = if is_far {
+            Kind::FarLight(light)
+        } else {
+            Kind::Light(light)
+        };
+        let mut start = Vertex::start(kind, sample.p, sample.medium);
+        (start.p_err, start.ng, start.wo) = (sample.p_err, sample.ng, -sample.d);
+        self.light_path.push(start);
+        let cos = if sample.ng == Normal3::ZERO {
+            1.0
+        } else {
+            sample.ng.abs_dot(sample.d)
+        };
+        let density = f64::from(pmf) * f64::from(sample.pdf_pos) * f64::from(sample.pdf_dir);
+        let mut beta = sample.radiance * ((f64::from(cos) / density) as f32);
+        let ray = spawn_ray(sample.p, sample.p_err, sample.ng, sample.d, self.time);
+        let mut pdf = f64::from(sample.pdf_dir);
+        if is_far {
+            pdf = f64::from(sample.pdf_pos);
+            // Light from far away has come through what fills all space before it gets where it starts.
+            if sample.medium.is_some() {
+                let back = Ray { d: -ray.d, ..ray };
+                let medium = self.world.medium(sample.medium);
+                beta *= medium.transmittance(&back, f32::INFINITY, &mut self.rng);
+            }
+        }
+        let head = Head {
+            from: Side::Light,
+            ray,
+            beta,
+            pdf,
+            medium: sample.medium,
+            limit,
+            looks_for_light: false,
+        };
+        let mut path = std::mem::take(&mut self.light_path);
+        self.walk(head, &mut path, numbers);
+        if let [start, next, ..] = &mut path[..] {
+            let toward = start.wo;
+            self.light_direct = self.direct_density(light, start.p, start.ng, next, toward);
+        }
+        self.light_path = path;
+    }
+
+    fn walk(&mut self, mut head: Head, path: &mut Vec<Vertex<'a>>, numbers: &mut impl Numbers) {
+        let world = self.world;
+        let mut crossings = 0;
+        while !head.beta.is_black() && (head.looks_for_light || path.len() < head.limit) {
+            self.counters.rays += 1;
+            let hit = world.closest(&head.ray, f32::INFINITY);
+            if head.medium.is_some() {
+                let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
+                let medium = world.medium(head.medium);
+                match medium.sample(&head.ray, t_max, head.beta, &mut self.rng) {
+                    MediumEvent::Pass { weight } => head.beta *= weight,
+                    MediumEvent::Scatter { t, weight } => {
+                        head.beta *= weight;
+                        if path.len() >= head.limit || head.beta.is_black() {
+                            return;
+                        }
+                        self.counters.medium_scatterings += 1;
+                        let t = hit.map_or(t, |hit| stay_inside(world, &head.ray, t, &hit));
+                        let p = head.ray.at(t);
+                        let mut vertex =
+                            Vertex::start(Kind::Medium(medium.phase()), p, head.medium);
+                        (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
+                        if !self.scatter(&mut head, path, vertex, numbers) {
+                            return;
+                        }
+                        crossings = 0;
+                        continue;
+                    }
+                }
+                if head.beta.is_black() {
+                    return;
+                }
+            }
+            let Some(hit) = hit else {
+                if head.medium.is_some() && world.is_bounded(head.medium) {
+                    self.counters.leaked_paths += 1;
+                }
+                if head.looks_for_light {
+                    self.meet_environment(&head, path.len());
+                }
+                return;
+            };
+            let surface = world.surface(&head.ray, &hit);
+            if !world.borders_on(hit.target, surface.ng, head.ray.d, head.medium) {
+                self.counters.mismatched_media += 1;
+            }
+            if head.looks_for_light {
+                self.meet_emitter(&head, &hit, &surface, path);
+            }
+            let material = world.geometry(hit.target.geometry).material;
+            if !material.is_some() {
+                crossings += 1;
+                if crossings > world.max_crossings() {
+                    self.counters.stuck_paths += 1;
+                    return;
+                }
+                head.medium = world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
+                let d = head.ray.d;
+                head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
+                continue;
+            }
+            if path.len() >= head.limit {
+                return;
+            }
+            crossings = 0;
+            let ctx = texture_context(&surface, None);
+            let bsdf = world
+                .materials()
+                .bsdf(material, &surface, &ctx, world.textures());
+            let mut vertex = Vertex::start(Kind::Surface(bsdf), surface.p, head.medium);
+            (vertex.p_err, vertex.ng) = (surface.p_err, surface.ng);
+            (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
+            vertex.target = Some(hit.target);
+            if !self.scatter(&mut head, path, vertex, numbers) {
+                return;
+            }
+        }
+    }
+
+    /// Adds a vertex to a path and turns its head to a new direction. False where the path ends.
+    fn scatter(
+        &mut self,
+        head: &mut Head,
+        path: &mut Vec<Vertex<'a>>,
+        mut vertex: Vertex<'a>,
+        numbers: &mut impl Numbers,
+    ) -> bool {
+        let (wo, time) = (vertex.wo, head.ray.time);
+        let (u_lobe, u) = (numbers.get_1d(), numbers.get_2d());
+        let Some(before) = path.last_mut() else {
+            return false;
+        };
+        vertex.pdf_own = match before.kind {
+            Kind::FarLight(_) => far_density(self.world, vertex.p, vertex.ng, head.ray.d, head.pdf),
+            _ => vertex.density(before.p, head.pdf),
+        };
+        let next = match &vertex.kind {
+            Kind::Surface(bsdf) => {
+                let mode = match head.from {
+                    Side::Camera => TransportMode::Radiance,
+                    Side::Light => TransportMode::Importance,
+                };
+                bsdf.sample(wo, u_lobe, u, mode).map(|sample| {
+                    let weight = match head.from {
+                        Side::Camera => sample.weight,
+                        Side::Light if sample.specular => {
+                            let cos = bsdf.abs_cos(sample.wi);
+                            let correction = vertex.adjoint_cos(bsdf, sample.wi) / cos;
+                            if cos > 0.0 {
+                                sample.weight * correction
+                            } else {
+                                Rgb::BLACK
+                            }
+                        }
+                        Side::Light => vertex.passes_to(sample.wi) * (1.0 / sample.pdf_w),
+                    };
+                    (sample.wi, weight, f64::from(sample.pdf_w), sample.specular)
+                })
+            }
+            Kind::Medium(phase) => {
+                let (wi, pdf_w) = phase.sample(wo, u);
+                Some((wi, Rgb::ONE, f64::from(pdf_w), phase.is_delta()))
+            }
+            Kind::Camera | Kind::Light(_) | Kind::FarLight(_) => None,
+        };
+        let Some((wi, weight, pdf_w, specular)) = next else {
+            path.push(vertex);
+            return false;
+        };
+        vertex.specular = specular;
+        before.pdf_other = if specular {
+            0.0
+        } else {
+            before.density(vertex.p, vertex.pdf_w(wi, wo))
+        };
+        head.beta *= weight;
+        head.pdf = pdf_w;
+        head.medium = vertex.medium_toward(self.world, wi);
+        head.ray = spawn_ray(vertex.p, vertex.p_err, vertex.ng, wi, time);
+        path.push(vertex);
+        self.survives(head, path)
+    }
+
+    /// Russian roulette for long paths.
+    fn survives(&mut self, head: &mut Head, path: &[Vertex]) -> bool {
+        if path.len() <= ROULETTE_AFTER {
+            return true;
+        }
+        let reference = path[ROULETTE_AFTER / 2].beta.max_component();
+        let survival = (head.beta.max_component() / reference).min(MAX_SURVIVAL);
+        let lives = self.rng.uniform() < survival;
+        if lives {
+            head.beta *= 1.0 / survival;
+        }
+        lives
+    }
+
+    fn meet_environment(&mut self, head: &Head, n_before: usize) {
+        for &light in &self.emitters.infinite {
+            if let Light::Infinite(infinite) = self.world.light(light) {
+                let radiance = head.beta * infinite.le(head.ray.d);
+                if !radiance.is_black() {
+                    self.ends.push(End {
+                        light,
+                        n_before,
+                        p: head.ray.o,
+                        ng: Normal3::ZERO,
+                        d: head.ray.d,
+                        radiance,
+                        pdf_own: head.pdf,
+                    });
+                }
+            }
+        }
+    }
+
+    fn meet_emitter(&mut self, head: &Head, hit: &Hit, surface: &SurfacePoint, path: &[Vertex]) {
+        let emitted = self.world.emitted(hit, surface, -head.ray.d);
+        if let Some((light, le)) = emitted
+            && let Some(before) = path.last()
+            && !le.is_black()
+        {
+            self.ends.push(End {
+                light,
+                n_before: path.len(),
+                p: surface.p,
+                ng: surface.ng,
+                d: head.ray.d,
+                radiance: head.beta * le,
+                pdf_own: density_at(surface.p, surface.ng, before.p, head.pdf),
+            });
+        }
+    }
+
+    /// Density, at a place of the light, with which light sampling at `receiver` draws the point `p` of a light, in
+    /// the unit direction `toward` it; per solid angle for a light infinitely far away.
+    pub(super) fn direct_density(
+        &self,
+        light: LightId,
+        p: Point3,
+        ng: Normal3,
+        receiver: &Vertex,
+        toward: Vec3,
+    ) -> f64 {
+        let pmf = f64::from(self.world.light_pmf(&receiver.receiver(self.time), light));
+        let density = match self.world.light(light) {
+            Light::Infinite(infinite) => f64::from(infinite.pdf_w(toward)),
+            Light::Area(area) => {
+                let shape = &self.world.geometry(area.geometry).shape;
+                let pdf_w = shape.pdf_toward(area.element, receiver.p, p, ng);
+                density_at(p, ng, receiver.p, f64::from(pdf_w))
+            }
+            Light::Point(_)
+            | Light::Spot(_)
+            | Light::Projection(_)
+            | Light::Goniometric(_)
+            | Light::Distant(_) => 1.0,
+        };
+        pmf * density
+    }
+
+    /// Densities with which a light path starts at `p`, where the normal is `ng`, and finds `next` in the unit
+    /// direction `d`.
+    pub(super) fn emission_densities(
+        &self,
+        light: LightId,
+        p: Point3,
+        ng: Normal3,
+        next: &Vertex,
+        d: Vec3,
+    ) -> (f64, f64) {
+        let pmf = f64::from(self.emitters.choice.pmf(light.index()));
+        let (pdf_pos, pdf_dir) = self.world.pdf_emission(light, p, ng, d);
+        let (pdf_pos, pdf_dir) = (f64::from(pdf_pos), f64::from(pdf_dir));
+        let from_afar = || far_density(self.world, next.p, next.ng, d, pdf_pos);
+        match self.world.light(light) {
+            Light::Distant(_) => (pmf, from_afar()),
+            Light::Infinite(_) => (pmf * pdf_dir, from_afar()),
+            Light::Area(_) => (pmf * pdf_pos, next.density(p, pdf_dir)),
+            Light::Point(_) | Light::Spot(_) | Light::Projection(_) | Light::Goniometric(_) => {
+                (pmf, next.density(p, pdf_dir))
+            }
+        }
+    }
+}
+
+/// Density of a point for light from far away that starts on a disk as wide as the scene, with density `pdf_pos`: a
+/// medium may reach to where that light does not.
+fn far_density(world: &World, p: Point3, ng: Normal3, d: Vec3, pdf_pos: f64) -> f64 {
+    let (center, radius) = world.bounding_sphere();
+    let (offset, d) = (p.to_f64() - center, d.to_f64());
+    let along = offset.dot(d);
+    let aside_squared = (offset - d * along).length_squared();
+    if along < -radius || aside_squared > radius * radius {
+        return 0.0;
+    }
+    if ng == Normal3::ZERO {
+        pdf_pos
+    } else {
+        pdf_pos * ng.to_f64().dot(d).abs()
+    }
+}

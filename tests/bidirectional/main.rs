@@ -1,0 +1,8 @@
+//! Integrators that follow light against those that do not: the same scenes must give the same pictures.
+
+#[path = "../common/scene.rs"]
+mod scene;
+
+mod agreement;
+mod invariance;
+mod setup;
