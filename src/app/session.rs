@@ -21,12 +21,13 @@ use super::{resources, trace};
 use crate::compile::{Compiled, compile};
 use crate::describe::describe;
 use crate::describe::description::Frame;
+use crate::film::Film;
 use crate::image::codec::{Attribute, Precision};
 use crate::integrator::Counters;
 use crate::render::{Progress, Rendered, Unwatched, render};
 
-/// Bytes that a pixel takes while it is rendered and written: four sums, the picture, its encoding.
-const BYTES_PER_PIXEL: u128 = 32 + 12 + 12;
+/// Bytes that a pixel takes while it is rendered and written: the film, the picture, its encoding.
+const BYTES_PER_PIXEL: u128 = Film::BYTES_PER_PIXEL as u128 + 12 + 12;
 
 /// A run in progress.
 pub(super) struct Session<'a> {
@@ -507,7 +508,7 @@ impl<'a> Session<'a> {
         let n_leaked = counters.leaked_paths;
         if n_leaked > 0 {
             let message = format!(
-                "{n_leaked} paths of {name} left the scene in a medium that has boundaries: one is open"
+                "{n_leaked} rays of {name} left the scene in a medium that has boundaries: one is open"
             );
             warn("leaked-paths", message);
         }

@@ -16,13 +16,13 @@ pub mod reader;
 mod shapes;
 mod space;
 mod spectra;
+mod surroundings;
 mod textures;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::Spanned;
 
-use crate::camera::{CameraRay, CameraSample};
 use crate::describe::description::Frame;
 use crate::ids::MediumId;
 use crate::image::PixelRect;
@@ -126,7 +126,7 @@ fn build(
         Some(medium) => builders.media.id(medium, diagnostics),
         None => MediumId::NONE,
     };
-    lights::build(
+    let lights = lights::build(
         frame,
         &space,
         assets,
@@ -195,9 +195,11 @@ fn build(
         pixel_centers: samples.pixel_centers,
         sampler: samples.sampler,
     };
-    if integrator.volumetric && job.world.facts().has_media {
-        check_surroundings(&job, &medium_names, frame, diagnostics);
-    }
+    let places = surroundings::Places {
+        camera: frame.camera.entity.span,
+        lights,
+    };
+    surroundings::check(&job, &medium_names, &places, diagnostics);
     Some(Compiled {
         job,
         world_from_render: space.world_from_render(),
@@ -207,44 +209,6 @@ fn build(
         integrator: integrator.name,
         skipped,
     })
-}
-
-/// Tells where the boundaries around the camera say that it is in another medium than the one it is declared to be in.
-/// The picture is that of the declaration, as in pbrt-v3.
-fn check_surroundings(job: &Job, names: &[String], frame: &Frame, diagnostics: &mut Diagnostics) {
-    let middle = CameraSample {
-        raster: job.film.resolution.map(|length| 0.5 * f64::from(length)),
-        time: 0.0,
-        lens: [0.5; 2],
-    };
-    let Some(CameraRay { ray, .. }) = job.camera.ray(&middle) else {
-        return;
-    };
-    let declared = job.world.camera_medium();
-    let Some(found) = job.world.surroundings(ray.o, ray.time) else {
-        return;
-    };
-    if found == declared {
-        return;
-    }
-    let name = |medium: MediumId| {
-        names
-            .get(medium.index())
-            .map_or_else(|| "no medium".to_owned(), |name| format!("\"{name}\""))
-    };
-    let word = names.get(found.index()).map_or("", String::as_str);
-    let message = format!(
-        "the boundaries around the camera say that it is in {}, but it is declared to be in {}",
-        name(found),
-        name(declared)
-    );
-    diagnostics.push(
-        Diagnostic::warning("camera-medium", frame.camera.entity.span, message)
-            .with_label(format!("rendered in {}", name(declared)))
-            .with_help(format!(
-                "MediumInterface \"\" \"{word}\" in force at WorldEnd declares what they say"
-            )),
-    );
 }
 
 /// Looks up a plugin. Where pbrt-v3 goes on without it, so do we, with an error.

@@ -32,7 +32,13 @@ pub struct FilmDesc {
 struct PixelSum {
     rgb: [f64; 3],
     weight: f64,
+    /// Sum of the absolute values of the weights.
+    magnitude: f64,
 }
+
+/// Least part of the absolute weights of a pixel that it is divided by: where weights of both signs nearly cancel, by
+/// chance and with few samples, what they multiply does not, and the pixel would be as bright as one likes.
+const MIN_WEIGHT: f64 = 1e-3;
 
 impl PixelSum {
     fn add(&mut self, other: &Self) {
@@ -40,6 +46,7 @@ impl PixelSum {
             *a += b;
         }
         self.weight += other.weight;
+        self.magnitude += other.magnitude;
     }
 }
 
@@ -245,8 +252,11 @@ impl Film {
         // Splats are parts of the mean over the frame; each light path stands for as much of it.
         let splat_scale = width * height / self.n_light_paths.max(1) as f64;
         let pixel = |(index, sum): (usize, &PixelSum)| {
-            let inverse = if sum.weight != 0.0 {
+            let least = MIN_WEIGHT * sum.magnitude;
+            let inverse = if sum.weight.abs() > least {
                 1.0 / sum.weight
+            } else if least > 0.0 {
+                1.0 / least
             } else {
                 0.0
             };
@@ -303,6 +313,7 @@ impl FilmBlock {
                     *sum += c * w;
                 }
                 sum.weight += w;
+                sum.magnitude += w.abs();
             }
         }
     }

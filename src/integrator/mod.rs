@@ -54,7 +54,7 @@ pub struct Counters {
     pub medium_scatterings: u64,
     /// Paths given up because they crossed more null surfaces in a row than a straight ray can meet.
     pub stuck_paths: u64,
-    /// Paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
+    /// Rays of paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
     pub leaked_paths: u64,
     /// Boundaries that paths met from a medium they do not border on: 0 unless media overlap, the medium around the
     /// camera is declared wrongly, or a boundary is open.

@@ -118,6 +118,9 @@ impl Path {
             });
             let hit = world.closest(&state.ray, f32::INFINITY);
 
+            if VOLUMETRIC && hit.is_none() && world.is_bounded(state.medium) {
+                state.counters.leaked_paths += 1;
+            }
             // In a medium the path may scatter before it meets a surface.
             if VOLUMETRIC && state.medium.is_some() {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
@@ -158,9 +161,6 @@ impl Path {
 
             let Some(hit) = hit else {
                 state.see(|_| Event::Left);
-                if VOLUMETRIC && state.medium.is_some() && world.is_bounded(state.medium) {
-                    state.counters.leaked_paths += 1;
-                }
                 state.add_environment();
                 break;
             };

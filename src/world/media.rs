@@ -58,7 +58,7 @@ impl MediumInterface {
 impl World {
     /// Whether surfaces declare the medium only inside: then it ends everywhere.
     pub fn is_bounded(&self, medium: MediumId) -> bool {
-        self.bounded_media[medium.index()]
+        medium.is_some() && self.bounded_media[medium.index()]
     }
 
     /// The medium behind a surface of the given element toward `w`, for a path that came from `current`.

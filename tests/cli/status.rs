@@ -145,7 +145,7 @@ fn pictures_beyond_the_machine_are_refused_with_the_memory_they_need() {
     let film = "\"integer xresolution\" 64 \"integer yresolution\" 48";
     room.put("ball.pbrt", &ball(film, size));
     let run = room.run("ball.pbrt").ends_with(1);
-    run.says("the film alone would take 128000000000 GB");
+    run.says("it would take 160000000000 GB");
 }
 
 #[test]

@@ -18,4 +18,6 @@ mod lights;
 mod loaded;
 mod materials;
 mod media;
+mod rows;
 mod sampling;
+mod table;

@@ -50,7 +50,7 @@ fn v03_a_camera_in_a_medium_that_is_not_declared_is_told_and_rendered_as_declare
     let fog = homogeneous("fog", [0.2; 3], NOTHING, 0.0) + &environment(ONE);
     let ball = null_sphere([0.0, 0.0, 5.0], 10.0, "fog", "");
     let scene = one_pixel(&volpath(5, NOTHING, AHEAD, &(fog.clone() + &ball)));
-    let job = load_with(&scene, None, "camera-medium", false)
+    let job = load_with(&scene, None, "surroundings", false)
         .expect("a job")
         .job;
     // The integrand is pbrt-v3's: a path that starts in vacuum leaves the ball without having been in it.
@@ -99,7 +99,8 @@ fn v04_overlapping_media_are_those_of_the_boundaries_crossed_last_and_are_counte
         let Rendered { image, report } = rendered(&job);
         let expected = (-2f32).exp();
         assert!((image.pixel(0, 0)[0] - expected).abs() < 1e-5, "{image:?}");
-        assert_eq!(report.counters.mismatched_media, report.samples);
+        // One is entered from the fog of the other, and left from vacuum.
+        assert_eq!(report.counters.mismatched_media, 2 * report.samples);
         assert_eq!(report.counters.leaked_paths, 0);
     }
     // Declared as they lie, the same balls are counted by nobody: the probe asserts that.
@@ -113,15 +114,16 @@ fn v04_overlapping_media_are_those_of_the_boundaries_crossed_last_and_are_counte
 
 #[test]
 fn v04_an_open_boundary_is_counted_as_a_leak() {
-    // A half ball: half of what enters leaves by the way that is not there.
+    // A half ball: what enters leaves by the way that is not there.
     let open = homogeneous("fog", [0.1; 3], NOTHING, 0.0)
         + &environment(ONE)
         + "AttributeBegin Material \"\" MediumInterface \"fog\" \"\" \
            Shape \"sphere\" \"float zmax\" 0 AttributeEnd\n";
     let scene = one_pixel(&volpath(5, [0.0, 0.0, -5.0], AHEAD, &open));
-    let job = compile_scene(scene, &CompileOptions::default(), |_| None).job;
+    let mut job = compile_scene(scene, &CompileOptions::default(), |_| None).job;
+    job.pixel_centers = true;
     let report = rendered(&job).report;
-    assert!(report.counters.leaked_paths > 0, "{report:?}");
+    assert_eq!(report.counters.leaked_paths, report.samples);
 }
 
 #[test]
@@ -150,10 +152,10 @@ fn v06_a_huge_voxel_slows_down_only_the_rays_that_pass_it() {
         let world = grid("fog", NOTHING, ONE, [20; 3], &density)
             + &environment(ONE)
             + &null_box([-1.0; 3], ONE, "fog", "");
-        let probe = Probe::new(&volpath(1, [-0.5, -0.5, -5.0], AHEAD, &world));
+        let probe = Probe::new(&volpath(0, [-0.5, -0.5, -5.0], AHEAD, &world));
         let run = |_| {
             let start = Instant::now();
-            probe.samples(20_000);
+            probe.samples(100_000);
             start.elapsed().as_secs_f64()
         };
         (0..5).map(run).fold(f64::INFINITY, f64::min)
@@ -253,10 +255,8 @@ fn v16_absorbers_need_no_dice() {
             + &null_box([-1.1; 3], [1.1; 3], "fog", "")
     };
     for toward in [[0.02, -0.03, 1.0], [-0.1, 0.1, 1.0], [-0.026, -0.042, 1.0]] {
-        let scene = |sigma_s: V| Probe::new(&volpath(0, EYE, toward, &ragged(sigma_s)));
         let exact = Probe::new(&volpath(5, EYE, toward, &ragged(NOTHING))).samples(8);
         assert!(exact.iter().all(|sample| *sample == exact[0]), "{exact:?}");
-        drop(scene);
         // Next to nothing is scattered, so that the grid is tracked.
         let dice = Probe::new(&volpath(5, EYE, toward, &ragged([1e-7; 3]))).means(100_000);
         for (channel, mean) in dice.iter().enumerate() {

@@ -148,6 +148,9 @@ impl<'a> Tracer<'a> {
         while !head.beta.is_black() && (head.looks_for_light || path.len() < head.limit) {
             self.counters.rays += 1;
             let hit = world.closest(&head.ray, f32::INFINITY);
+            if hit.is_none() && world.is_bounded(head.medium) {
+                self.counters.leaked_paths += 1;
+            }
             if head.medium.is_some() {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
                 let medium = world.medium(head.medium);
@@ -176,9 +179,6 @@ impl<'a> Tracer<'a> {
                 }
             }
             let Some(hit) = hit else {
-                if head.medium.is_some() && world.is_bounded(head.medium) {
-                    self.counters.leaked_paths += 1;
-                }
                 if head.looks_for_light {
                     self.meet_environment(&head, path.len());
                 }
