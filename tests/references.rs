@@ -101,6 +101,36 @@ fn small_f8_22_agrees() {
     assert_small_scene_agrees("figures", "f8-22");
 }
 
+#[test]
+fn small_f7_19a_agrees() {
+    assert_small_scene_agrees("figures", "f7-19a");
+}
+
+/// Caustics by bidirectional path tracing, through glass with vertex normals.
+#[test]
+fn small_glass_agrees_in_caustics() {
+    assert_small_scene_agrees("caustic-glass", "glass");
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn small_buddha_agrees() {
+    assert_small_scene_agrees("buddha-fractal", "buddha-fractal");
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn small_breakfast_agrees() {
+    assert_small_scene_agrees("breakfast", "f16-8a");
+}
+
+#[test]
+#[ignore = "takes minutes"]
+fn small_splashes_agree() {
+    assert_small_scene_agrees("coffee-splash", "splash");
+    assert_small_scene_agrees("coffee-splash", "f15-5");
+}
+
 /// Windows of the large pictures: the edge of the cloud against the sky, its middle, and its dark underside.
 const WINDOWS: [[i32; 2]; 3] = [[128, 96], [320, 288], [400, 480]];
 const WINDOW_SIDE: usize = 96;

@@ -215,8 +215,8 @@ impl World {
         };
         // Pieces of a curve overlap at bends, and rays leave them at a distance: of the pieces on a line only the
         // last one emits along it.
-        let hit = self.closest_where(&back, f32::INFINITY, |target, _| {
-            target.geometry == area.geometry
+        let hit = self.closest_where(&back, f32::INFINITY, |hit| {
+            hit.target.geometry == area.geometry
         })?;
         if hit.target.element != area.element {
             return None;

@@ -2,13 +2,14 @@
 
 use glam::DVec3;
 
-use crate::ids::{LightId, MediumId};
+use crate::ids::{InstanceId, LightId, MediumId};
 use crate::light::{AreaLight, InfiniteLight, Light};
 use crate::math::error::offset_origin;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::rng::Rng;
-use crate::shape::{ElementHit, Shape, SurfacePoint};
+use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
+use crate::world::segment::{Aim, Segment};
 use crate::world::{ElementRef, Hit, ShadowTally, World};
 
 /// A point that receives light: on a surface, or in a medium.
@@ -39,13 +40,8 @@ pub struct LightSample {
     pub p: Point3,
     /// The emitting surface's normal there; zero off surfaces.
     pub ng: Normal3,
-    /// The segment to test.
-    shadow: Ray,
-    t_max: f32,
-    /// The surface aimed at.
-    aim: Option<ElementRef>,
-    /// The surface aimed at is met from behind.
-    aims_at_back: bool,
+    /// What must be free.
+    shadow: Segment,
 }
 
 impl World {
@@ -138,24 +134,16 @@ impl World {
             }
             Light::Distant(distant) => {
                 let wi = distant.direction;
-                let shadow = Ray {
-                    o: offset_origin(at.p, at.p_err, at.ng, wi),
-                    d: wi,
-                    time: at.time,
-                };
-                Some(LightSample {
-                    shadow,
-                    ..Self::delta(wi, distant.radiance, pmf)
-                })
+                Some(Self::delta(
+                    wi,
+                    distant.radiance,
+                    pmf,
+                    Segment::to_infinity(at, wi),
+                ))
             }
             Light::Infinite(infinite) => {
                 let sample = infinite.sample(u)?;
                 let wi = sample.wi;
-                let shadow = Ray {
-                    o: offset_origin(at.p, at.p_err, at.ng, wi),
-                    d: wi,
-                    time: at.time,
-                };
                 Some(LightSample {
                     wi,
                     radiance: sample.radiance,
@@ -163,10 +151,7 @@ impl World {
                     is_delta: false,
                     p: Point3::ZERO,
                     ng: Normal3::ZERO,
-                    shadow,
-                    t_max: f32::INFINITY,
-                    aim: None,
-                    aims_at_back: false,
+                    shadow: Segment::to_infinity(at, wi),
                 })
             }
             Light::Area(area) => self.sample_area_light(area, at, u, pmf),
@@ -185,16 +170,14 @@ impl World {
         let to_light = p - at.p;
         let wi = to_light.try_normalize()?;
         let radiance = intensity(-wi) * (1.0 / to_light.length_squared());
-        let shadow = self.shadow_ray(at, p, wi);
+        let shadow = Segment::new(at, p, wi, None);
         Some(LightSample {
             p,
-            t_max: shadow.1,
-            shadow: shadow.0,
-            ..Self::delta(wi, radiance, pmf)
+            ..Self::delta(wi, radiance, pmf, shadow)
         })
     }
 
-    fn delta(wi: Vec3, radiance: Rgb, pmf: f32) -> LightSample {
+    fn delta(wi: Vec3, radiance: Rgb, pmf: f32, shadow: Segment) -> LightSample {
         LightSample {
             wi,
             radiance,
@@ -202,14 +185,7 @@ impl World {
             is_delta: true,
             p: Point3::ZERO,
             ng: Normal3::ZERO,
-            shadow: Ray {
-                o: Point3::ZERO,
-                d: wi,
-                time: 0.0,
-            },
-            t_max: f32::INFINITY,
-            aim: None,
-            aims_at_back: false,
+            shadow,
         }
     }
 
@@ -232,7 +208,11 @@ impl World {
         let wi = (sample.p - at.p).try_normalize()?;
         let radiance = area.le(sample.ng, -wi);
         let end = offset_origin(sample.p, sample.p_err, sample.ng, -wi);
-        let (shadow, t_max) = self.shadow_ray(at, end, wi);
+        let aim = Aim {
+            target,
+            instance: InstanceId::NONE,
+            from_behind: sample.ng.dot(wi) > 0.0,
+        };
         Some(LightSample {
             wi,
             radiance,
@@ -240,62 +220,23 @@ impl World {
             is_delta: false,
             p: sample.p,
             ng: sample.ng,
-            shadow,
-            t_max,
-            aim: Some(target),
-            aims_at_back: sample.ng.dot(wi) > 0.0,
+            shadow: Segment::new(at, end, wi, Some(aim)),
         })
-    }
-
-    /// The ray from a receiver to a point roughly in direction `wi`, and the distance to it.
-    fn shadow_ray(&self, at: &Receiver, target: Point3, wi: Vec3) -> (Ray, f32) {
-        let o = offset_origin(at.p, at.p_err, at.ng, wi);
-        let to_target = target - o;
-        let distance = to_target.length();
-        let d = if distance > 0.0 {
-            to_target / distance
-        } else {
-            wi
-        };
-        (
-            Ray {
-                o,
-                d,
-                time: at.time,
-            },
-            distance,
-        )
-    }
-
-    /// Whether a surface that was found stands between the receiver and the point aimed at. The flat element that holds
-    /// the point cannot, and of a piece of a curve the point is the nearest there is. A line meets a surface of second
-    /// degree at most twice, and passes from one side of it to the other each time, whatever part of the surface exists:
-    /// a hit from the side that is aimed at is the point itself.
-    #[inline]
-    fn occludes(&self, sample: &LightSample, target: ElementRef, at: &ElementHit) -> bool {
-        if Some(target) != sample.aim {
-            return true;
-        }
-        match &self.geometry(target.geometry).shape {
-            Shape::Mesh(_) | Shape::Curves(_) => false,
-            shape @ Shape::Quadric(_) => {
-                let ng = shape.surface(target.element, &sample.shadow, at).ng;
-                (ng.dot(sample.shadow.d) > 0.0) != sample.aims_at_back
-            }
-        }
     }
 
     /// Whether any surface, null surfaces included, stands in the way and casts a shadow.
     pub fn is_occluded(&self, sample: &LightSample) -> bool {
-        self.any_where(&sample.shadow, sample.t_max, |target, at| {
-            self.occludes(sample, target, at) && !self.casts_no_shadow(target, at, &sample.shadow)
+        let segment = &sample.shadow;
+        self.any_where(&segment.ray, segment.t_max, |hit| {
+            self.stands_between(segment, hit)
+                && !self.casts_no_shadow(hit.target, &hit.at, &segment.ray)
         })
     }
 
     /// Whether any surface, null surfaces included, stands anywhere on a ray and casts a shadow.
     pub fn is_blocked(&self, ray: &Ray) -> bool {
-        self.any_where(ray, f32::INFINITY, |target, at| {
-            !self.casts_no_shadow(target, at, ray)
+        self.any_where(ray, f32::INFINITY, |hit| {
+            !self.casts_no_shadow(hit.target, &hit.at, ray)
         })
     }
 
@@ -308,8 +249,7 @@ impl World {
         rng: &mut Rng,
         tally: &mut ShadowTally,
     ) -> Rgb {
-        let counts = |target: ElementRef, at: &ElementHit| self.occludes(sample, target, at);
-        self.transmittance_where(sample.shadow, medium, sample.t_max, counts, rng, tally)
+        self.transmittance_along(&sample.shadow, medium, rng, tally)
     }
 
     /// Emission toward `wo` of the surface hit, if it is a light: the light and the radiance.
@@ -379,8 +319,8 @@ mod tests {
     use super::*;
     use crate::ids::{GeometryId, MaterialId, ObjectId};
     use crate::math::Transform;
-    use crate::shape::Quadric;
     use crate::shape::quadric::{Form, Sphere};
+    use crate::shape::{Quadric, Shape};
     use crate::world::{Cutout, Geometry, WorldParts};
 
     #[test]

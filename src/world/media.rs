@@ -7,7 +7,7 @@ use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::rng::Rng;
 use crate::shape::ElementHit;
 use crate::spectrum::Rgb;
-use crate::world::{ElementRef, World, spawn_ray};
+use crate::world::{ElementRef, Hit, Segment, World, spawn_ray};
 
 /// Directions in which the surroundings of a point are looked at.
 const N_LOOKS: u32 = 64;
@@ -121,43 +121,31 @@ impl World {
         None
     }
 
-    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`: through
-    /// media and null surfaces, not through anything else. What it met is added to `tally`.
+    /// Unbiased estimate of the light that passes along a segment that starts in `medium`: through media and null
+    /// surfaces, not through anything else. What it met is added to `tally`.
     pub fn transmittance_along(
         &self,
-        ray: Ray,
-        medium: MediumId,
-        t_max: f32,
-        rng: &mut Rng,
-        tally: &mut ShadowTally,
-    ) -> Rgb {
-        self.transmittance_where(ray, medium, t_max, |_, _| true, rng, tally)
-    }
-
-    /// Unbiased estimate of the light that passes from the origin of `ray`, in `medium`, to distance `t_max`:
-    /// through media and null surfaces, not through anything else. `counts` leaves out the surface aimed at.
-    /// What it met is added to `tally`.
-    pub(super) fn transmittance_where(
-        &self,
-        mut ray: Ray,
+        segment: &Segment,
         mut medium: MediumId,
-        mut t_max: f32,
-        counts: impl Fn(ElementRef, &ElementHit) -> bool,
         rng: &mut Rng,
         tally: &mut ShadowTally,
     ) -> Rgb {
+        let Segment {
+            mut ray, mut t_max, ..
+        } = *segment;
         let mut tr = Rgb::ONE;
         let mut travelled = 0.0;
         let target = t_max.is_finite().then(|| ray.at(t_max));
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             tally.rays += 1;
-            let hit = self.closest_where(&ray, t_max, |target, at| {
-                let from_start = ElementHit {
-                    t: travelled + at.t,
-                    ..*at
+            let hit = self.closest_where(&ray, t_max, |hit| {
+                let t = travelled + hit.at.t;
+                let from_start = Hit {
+                    at: ElementHit { t, ..hit.at },
+                    ..*hit
                 };
-                counts(target, &from_start)
+                self.stands_between(segment, &from_start)
             });
             if let Some(hit) = &hit
                 && self.geometry(hit.target.geometry).material.is_some()

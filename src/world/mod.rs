@@ -8,6 +8,7 @@ pub mod emission;
 pub mod instance;
 pub mod lighting;
 pub mod media;
+pub mod segment;
 pub mod selection;
 
 use crate::accel::Bvh;
@@ -24,6 +25,7 @@ pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
 pub use lighting::{LightSample, Receiver};
 pub use media::{MediumInterface, ShadowTally};
+pub use segment::{Aim, Segment};
 use selection::LightSelection;
 pub use selection::LightStrategy;
 
@@ -281,24 +283,19 @@ impl World {
     /// The nearest surface in (0, `t_max`).
     #[inline]
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        self.closest_where(ray, t_max, |_, _| true)
+        self.closest_where(ray, t_max, |_| true)
     }
 
     /// The nearest surface of a material in (0, `t_max`).
     pub fn closest_of_material(&self, ray: &Ray, t_max: f32, material: MaterialId) -> Option<Hit> {
-        self.closest_where(ray, t_max, |target, _| {
-            self.geometry(target.geometry).material == material
+        self.closest_where(ray, t_max, |hit| {
+            self.geometry(hit.target.geometry).material == material
         })
     }
 
     /// The nearest surface in (0, `t_max`) that satisfies `counts`.
     #[inline]
-    fn closest_where(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        counts: impl Fn(ElementRef, &ElementHit) -> bool,
-    ) -> Option<Hit> {
+    fn closest_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
         let world_ray = ray;
         let shear = RayShear::new(ray);
         let mut found = None;
@@ -306,14 +303,16 @@ impl World {
             .closest(ray, t_max, |slot, t_max| match self.slots[slot as usize] {
                 Slot::Element(target) => {
                     let at = self.intersect(target, ray, &shear, t_max)?;
-                    if self.is_hole(target, &at, world_ray) || !counts(target, &at) {
+                    let instance = InstanceId::NONE;
+                    let hit = Hit {
+                        target,
+                        instance,
+                        at,
+                    };
+                    if self.is_hole(target, &at, world_ray) || !counts(&hit) {
                         return None;
                     }
-                    found = Some(Hit {
-                        target,
-                        instance: InstanceId::NONE,
-                        at,
-                    });
+                    found = Some(hit);
                     Some(at.t)
                 }
                 Slot::Instance(instance) => {
@@ -322,14 +321,15 @@ impl World {
                     let mut nearest = None;
                     object.closest(&ray, t_max, |target, t_max| {
                         let at = self.intersect(target, &ray, &shear, t_max)?;
-                        if self.is_hole(target, &at, world_ray) || !counts(target, &at) {
-                            return None;
-                        }
-                        found = Some(Hit {
+                        let hit = Hit {
                             target,
                             instance,
                             at,
-                        });
+                        };
+                        if self.is_hole(target, &at, world_ray) || !counts(&hit) {
+                            return None;
+                        }
+                        found = Some(hit);
                         nearest = Some(at.t);
                         nearest
                     });
@@ -341,28 +341,28 @@ impl World {
 
     /// Whether any surface in (0, `t_max`) satisfies `counts`.
     #[inline]
-    fn any_where(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        counts: impl Fn(ElementRef, &ElementHit) -> bool,
-    ) -> bool {
+    fn any_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(&Hit) -> bool) -> bool {
         let world_ray = ray;
-        let counts = |target: ElementRef, at: &ElementHit| {
-            !self.is_hole(target, at, world_ray) && counts(target, at)
+        let counts = |target: ElementRef, instance: InstanceId, at: ElementHit| {
+            let hit = Hit {
+                target,
+                instance,
+                at,
+            };
+            !self.is_hole(target, &at, world_ray) && counts(&hit)
         };
         let shear = RayShear::new(ray);
         self.bvh
             .any(ray, t_max, |slot| match self.slots[slot as usize] {
                 Slot::Element(target) => self
                     .intersect(target, ray, &shear, t_max)
-                    .is_some_and(|at| counts(target, &at)),
+                    .is_some_and(|at| counts(target, InstanceId::NONE, at)),
                 Slot::Instance(instance) => {
                     self.enter(instance, ray).is_some_and(|(object, ray)| {
                         let shear = RayShear::new(&ray);
                         object.any(&ray, t_max, |target| {
                             self.intersect(target, &ray, &shear, t_max)
-                                .is_some_and(|at| counts(target, &at))
+                                .is_some_and(|at| counts(target, instance, at))
                         })
                     })
                 }

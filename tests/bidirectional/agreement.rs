@@ -193,3 +193,22 @@ fn mlt_is_path_tracing_in_the_mean() {
         .assert_accepted(name);
     }
 }
+
+/// Both ends of a connection are known to within rounding: neither surface may stand in its own light. A wide floor
+/// under a narrow spot shows most of its light by light paths that look for the camera.
+#[test]
+fn connections_are_not_stopped_by_the_surface_they_end_on() {
+    let camera = "LookAt 0 5 -5  0 0 0  0 1 0 Camera \"perspective\" \"float fov\" 50";
+    let world = "LightSource \"spot\" \"point from\" [0 4 2] \"point to\" [0 0 0] \"rgb I\" [30 30 30]\n\
+                 Material \"matte\" \"rgb Kd\" [.6 .6 .6]\n\
+                 Shape \"trianglemesh\" \"integer indices\" [0 2 1 0 3 2] \
+                 \"point P\" [-9 0 -9  9 0 -9  9 0 9  -9 0 9]\n";
+    assert_agree(PATH, camera, world, "floor");
+    let instance = format!(
+        "ObjectBegin \"floor\"\n{}ObjectEnd\nTranslate .1 0 .2 ObjectInstance \"floor\"\n\
+         Translate 0 1 1 ObjectInstance \"floor\"\n",
+        &world[world.find("Material").expect("a material")..]
+    );
+    let light = &world[..world.find("Material").expect("a material")];
+    assert_agree(PATH, camera, &format!("{light}{instance}"), "instances");
+}

@@ -129,7 +129,7 @@ impl Tracer<'_> {
         let to_light = light.density(camera.p, camera.pdf_w(camera.wo, wi));
         let camera_back = camera.pdf_w(wi, camera.wo);
         let light_back = self.light_path[s - 2].density(light.p, light.pdf_w(-wi, light.wo));
-        let segment = camera.segment_to(light.p, light.p_err, light.ng, self.time);
+        let segment = camera.segment_to(light, self.time);
         let medium = camera.medium_toward(self.world, wi);
         let ends = self.light_ends(reaches_film);
         self.push_light_path(s);
@@ -141,13 +141,13 @@ impl Tracer<'_> {
         self.densities[s].specular = false;
         self.set_back(t, s, camera_back);
         let weight = weight(&self.densities, &ends, s) / d.length_squared();
-        let (Some((ray, t_max)), true) = (segment, weight > 0.0) else {
+        let (Some(segment), true) = (segment, weight > 0.0) else {
             return Rgb::BLACK;
         };
         let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance_along(ray, medium, t_max, &mut self.rng, tally);
+            .transmittance_along(&segment, medium, &mut self.rng, tally);
         found * tr * weight as f32
     }
 
@@ -175,7 +175,7 @@ impl Tracer<'_> {
         let back = self.light_path[s - 2].density(vertex.p, vertex.pdf_w(w, vertex.wo));
         let medium = self.world.camera_medium();
         let lens = Vertex::start(Kind::Camera, arrival.p, medium);
-        let segment = lens.segment_to(vertex.p, vertex.p_err, vertex.ng, self.time);
+        let segment = lens.segment_to(vertex, self.time);
         let ends = self.light_ends(true);
         self.push_light_path(s);
         self.densities[s - 1].camera = from_camera;
@@ -188,14 +188,14 @@ impl Tracer<'_> {
         });
         let importance = arrival.pdf_w / d.length_squared();
         let weight = weight(&self.densities, &ends, s) * importance;
-        let (ray, t_max) = segment?;
+        let segment = segment?;
         if weight == 0.0 {
             return None;
         }
         let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance_along(ray, medium, t_max, &mut self.rng, tally);
+            .transmittance_along(&segment, medium, &mut self.rng, tally);
         let rgb = found * tr * weight as f32;
         (!rgb.is_black()).then_some((arrival.raster, rgb))
     }

@@ -214,7 +214,7 @@ impl<'a> Tracer<'a> {
             let mut vertex = Vertex::start(Kind::Surface(bsdf), surface.p, head.medium);
             (vertex.p_err, vertex.ng) = (surface.p_err, surface.ng);
             (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
-            vertex.target = Some(hit.target);
+            vertex.hit = Some(hit);
             if !self.scatter(&mut head, path, vertex, numbers) {
                 return;
             }

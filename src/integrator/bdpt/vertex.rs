@@ -1,11 +1,10 @@
 //! Vertices of paths, and what passes through them.
 
 use crate::ids::{LightId, MediumId};
-use crate::math::error::offset_origin;
-use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::math::{Normal3, Point3, Vec3};
 use crate::scatter::{Bsdf, HenyeyGreenstein, TransportMode};
 use crate::spectrum::Rgb;
-use crate::world::{ElementRef, Receiver, World};
+use crate::world::{Aim, Hit, Receiver, Segment, World};
 
 /// Below any square of a distance between two different points in single precision.
 const NO_DISTANCE: f64 = 1e-100;
@@ -29,8 +28,8 @@ pub(super) struct Vertex<'a> {
     pub(super) pdf_other: f64,
     /// Its own path goes on specularly.
     pub(super) specular: bool,
-    /// The surface.
-    pub(super) target: Option<ElementRef>,
+    /// Where its own path met a surface.
+    pub(super) hit: Option<Hit>,
     /// The medium in which its own path arrived.
     pub(super) medium: MediumId,
 }
@@ -67,7 +66,7 @@ impl<'a> Vertex<'a> {
             pdf_own: 0.0,
             pdf_other: 0.0,
             specular: false,
-            target: None,
+            hit: None,
             medium,
         }
     }
@@ -146,25 +145,20 @@ impl<'a> Vertex<'a> {
 
     /// The medium a path is in that leaves toward `w`.
     pub(super) fn medium_toward(&self, world: &World, w: Vec3) -> MediumId {
-        match self.target {
-            Some(target) => world.medium_toward(target, self.ng, w, self.medium),
+        match self.hit {
+            Some(hit) => world.medium_toward(hit.target, self.ng, w, self.medium),
             None => self.medium,
         }
     }
 
-    /// The ray from here to another point, and its length. `None` if the two are the same.
-    pub(super) fn segment_to(
-        &self,
-        p: Point3,
-        p_err: Vec3,
-        ng: Normal3,
-        time: f32,
-    ) -> Option<(Ray, f32)> {
-        let toward = (p - self.p).try_normalize()?;
-        let o = offset_origin(self.p, self.p_err, self.ng, toward);
-        let end = offset_origin(p, p_err, ng, -toward);
-        let d = (end - o).try_normalize()?;
-        Some((Ray { o, d, time }, (end - o).length()))
+    /// What must be free for two vertices to see each other. `None` if they are in one place.
+    pub(super) fn segment_to(&self, other: &Self, time: f32) -> Option<Segment> {
+        let aim = other.hit.map(|hit| Aim {
+            target: hit.target,
+            instance: hit.instance,
+            from_behind: other.ng.dot(other.p - self.p) > 0.0,
+        });
+        Segment::between(&self.receiver(time), &other.receiver(time), aim)
     }
 }
 
