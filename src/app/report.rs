@@ -306,7 +306,7 @@ impl RenderFacts {
             "  samples    {} ({:.0} per second), of which bad {}\n  \
                rays       {} for surfaces, {} for light\n  \
                events     {} scatterings in media, {} paths and {} shadow rays given up, {} paths leaked\n  \
-               media      {} boundaries met from a medium they do not border on",
+               media      {} boundaries crossed from a medium they do not border on",
             self.samples,
             self.samples_per_second,
             self.bad_samples,

@@ -500,7 +500,7 @@ impl<'a> Session<'a> {
         let n_mismatched = counters.mismatched();
         if n_mismatched > 0 {
             let message = format!(
-                "{n_mismatched} boundaries in {name} were met from a medium that they do not border on: media \
+                "{n_mismatched} boundaries in {name} were crossed from a medium that they do not border on: media \
                  overlap, or the one around the camera is declared wrongly"
             );
             warn("mismatched-media", message);

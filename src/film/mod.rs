@@ -253,13 +253,8 @@ impl Film {
         let splat_scale = width * height / self.n_light_paths.max(1) as f64;
         let pixel = |(index, sum): (usize, &PixelSum)| {
             let least = MIN_WEIGHT * sum.magnitude;
-            let inverse = if sum.weight.abs() > least {
-                1.0 / sum.weight
-            } else if least > 0.0 {
-                1.0 / least
-            } else {
-                0.0
-            };
+            let weight = sum.weight.abs().max(least).copysign(sum.weight);
+            let inverse = if weight != 0.0 { 1.0 / weight } else { 0.0 };
             let splat = self.splats.get(index).copied().unwrap_or_default();
             [0, 1, 2].map(|channel| {
                 let mean = sum.rgb[channel] * inverse + splat[channel] * splat_scale;

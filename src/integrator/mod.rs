@@ -56,13 +56,13 @@ pub struct Counters {
     pub stuck_paths: u64,
     /// Rays of paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
     pub leaked_paths: u64,
-    /// Boundaries that paths met from a medium they do not border on: 0 unless media overlap, the medium around the
-    /// camera is declared wrongly, or a boundary is open.
+    /// Null surfaces that paths crossed from a medium they do not border on: 0 unless media overlap, the medium around
+    /// the camera is declared wrongly, or a boundary is open.
     pub mismatched_media: u64,
 }
 
 impl Counters {
-    /// Boundaries that anything met from a medium they do not border on.
+    /// Null surfaces that anything crossed from a medium they do not border on.
     pub fn mismatched(&self) -> u64 {
         self.mismatched_media + self.shadow.mismatched
     }

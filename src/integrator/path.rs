@@ -175,9 +175,6 @@ impl Path {
                 ns: surface.ns,
                 material,
             });
-            if VOLUMETRIC && !world.borders_on(hit.target, surface.ng, state.ray.d, state.medium) {
-                state.counters.mismatched_media += 1;
-            }
             state.add_emission(&hit, &surface);
             // A null surface only changes the medium. At the last bounce there is nothing behind it to find, except
             // for the continuation that stands for the second half of the light sampling at the vertex before.
@@ -320,6 +317,11 @@ impl<O: Observer> State<'_, O> {
     /// Goes on behind a null surface.
     fn cross<const VOLUMETRIC: bool>(&mut self, hit: &Hit, surface: &SurfacePoint) {
         if VOLUMETRIC {
+            let d = self.ray.d;
+            let borders = self
+                .world
+                .borders_on(hit.target, surface.ng, d, self.medium);
+            self.counters.mismatched_media += u64::from(!borders);
             self.medium = self
                 .world
                 .medium_toward(hit.target, surface.ng, self.ray.d, self.medium);

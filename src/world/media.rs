@@ -21,7 +21,7 @@ pub struct ShadowTally {
     pub rays: u64,
     /// Segments given up, and counted as black, because they crossed more null surfaces than a straight ray can meet.
     pub stuck: u64,
-    /// Boundaries that were met from a medium they do not border on.
+    /// Null surfaces that were crossed from a medium they do not border on.
     pub mismatched: u64,
 }
 

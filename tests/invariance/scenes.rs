@@ -237,7 +237,10 @@ impl Lamp {
         };
         let n = |values: &[f64]| numbers(values, s);
         match self.kind {
-            0 => format!("LightSource \"point\" \"rgb I\" [{intensity}] \"point from\" [{at}]\n"),
+            // Its "from" is added in world space, whatever turns the scene.
+            0 => format!(
+                "AttributeBegin Translate {at} LightSource \"point\" \"rgb I\" [{intensity}] AttributeEnd\n"
+            ),
             1 => format!(
                 "LightSource \"spot\" \"rgb I\" [{intensity}] \"point from\" [{at}] \"point to\" [0 0 0]\n"
             ),

@@ -185,9 +185,6 @@ impl<'a> Tracer<'a> {
                 return;
             };
             let surface = world.surface(&head.ray, &hit);
-            if !world.borders_on(hit.target, surface.ng, head.ray.d, head.medium) {
-                self.counters.mismatched_media += 1;
-            }
             if head.looks_for_light {
                 self.meet_emitter(&head, &hit, &surface, path);
             }
@@ -198,6 +195,8 @@ impl<'a> Tracer<'a> {
                     self.counters.stuck_paths += 1;
                     return;
                 }
+                let borders = world.borders_on(hit.target, surface.ng, head.ray.d, head.medium);
+                self.counters.mismatched_media += u64::from(!borders);
                 head.medium = world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
                 let d = head.ray.d;
                 head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
