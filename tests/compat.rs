@@ -89,3 +89,22 @@ fn lights_that_pbrt_renders_right_are_not_announced() {
         );
     }
 }
+
+/// Parameters of a material that only a shape names are checked like the material's own.
+#[test]
+fn a_bad_parameter_that_a_shape_overrides_is_reported_where_it_stands_and_once() {
+    let codes = |world: &str| -> Vec<String> {
+        let world = format!("WorldBegin LightSource \"infinite\" {world} WorldEnd");
+        findings(&world).into_iter().map(|(code, _)| code).collect()
+    };
+    let metal = "Material \"metal\" \"bool remaproughness\" \"false\"";
+    let shape = "Shape \"sphere\" \"float roughness\" 1e-6";
+    assert_eq!(codes(&format!("{metal} {shape}")), ["clamped-roughness"]);
+    let own =
+        format!("{metal} \"float roughness\" 1e-6 Shape \"sphere\" Shape \"sphere\" \"float u\" 1");
+    let roughness = codes(&own)
+        .iter()
+        .filter(|code| *code == "clamped-roughness")
+        .count();
+    assert_eq!(roughness, 1);
+}

@@ -42,9 +42,14 @@ const SPP: u32 = 8;
 
 #[track_caller]
 fn assert_small_scene_agrees(folder: &str, name: &str) {
+    assert_small_scene_agrees_at(folder, name, SPP, REFERENCE_SPP);
+}
+
+#[track_caller]
+fn assert_small_scene_agrees_at(folder: &str, name: &str, spp: u32, reference_spp: f64) {
     let Some(shared) = shared() else { return };
     let scene = shared.join(format!("scenes/{folder}/{name}.small.pbrt"));
-    let renders = render_seeds(&scene, SEEDS, &with_spp(SPP), None, REFERENCE_SPP);
+    let renders = render_seeds(&scene, SEEDS, &with_spp(spp), None, reference_spp);
     let reference = read_reference(&shared.join(format!("references/small/{folder}-{name}.exr")));
     let found = renders.disagreements(&reference);
     assert!(found.is_empty(), "{name}:\n{}", found.join("\n"));
@@ -106,10 +111,11 @@ fn small_f7_19a_agrees() {
     assert_small_scene_agrees("figures", "f7-19a");
 }
 
-/// Caustics by bidirectional path tracing, through glass with vertex normals.
+/// Caustics by bidirectional path tracing, through glass with vertex normals. Evenly lit blocks of the reference are up
+/// to one percent apart: it has the noise of two of our samples per pixel.
 #[test]
 fn small_glass_agrees_in_caustics() {
-    assert_small_scene_agrees("caustic-glass", "glass");
+    assert_small_scene_agrees_at("caustic-glass", "glass", SPP, 2.0);
 }
 
 #[test]
@@ -127,8 +133,9 @@ fn small_breakfast_agrees() {
 #[test]
 #[ignore = "takes minutes"]
 fn small_splashes_agree() {
-    assert_small_scene_agrees("coffee-splash", "splash");
-    assert_small_scene_agrees("coffee-splash", "f15-5");
+    // The tip of the spoon is seldom lit: its noise shows only in many samples.
+    assert_small_scene_agrees_at("coffee-splash", "splash", 64, REFERENCE_SPP);
+    assert_small_scene_agrees_at("coffee-splash", "f15-5", 64, REFERENCE_SPP);
 }
 
 /// Windows of the large pictures: the edge of the cloud against the sky, its middle, and its dark underside.

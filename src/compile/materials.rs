@@ -20,6 +20,9 @@ use crate::scatter::bsdf::MAX_LOBES;
 use models::ModelReader;
 use subsurface::DiffusionTables;
 
+/// The directional albedo above which a material is too bright to be true.
+const BRIGHTEST: f64 = 1.01;
+
 /// The materials of a frame on their way into the world.
 pub(super) struct MaterialBuilder {
     entities: Vec<MaterialEntity>,
@@ -30,6 +33,8 @@ pub(super) struct MaterialBuilder {
     /// By file name.
     tables: HashMap<String, FourierTableId>,
     built: Materials,
+    /// Where the materials that shapes have were named, by id.
+    spans: HashMap<MaterialId, Span>,
     diffusion: DiffusionTables,
 }
 
@@ -42,6 +47,7 @@ impl MaterialBuilder {
             entities,
             tables: HashMap::new(),
             built: Materials::default(),
+            spans: HashMap::new(),
             diffusion: DiffusionTables::new(space.scale()),
         }
     }
@@ -55,6 +61,21 @@ impl MaterialBuilder {
     ) -> MaterialId {
         let MaterialRef(index) = shape.material;
         let index = index as usize;
+        let id = self.id_of(index, shape, textures, diagnostics);
+        if id.is_some() {
+            let span = self.entities[index].entity.kind.span;
+            self.spans.entry(id).or_insert(span);
+        }
+        id
+    }
+
+    fn id_of(
+        &mut self,
+        index: usize,
+        shape: &ShapeEntity,
+        textures: &mut TextureBuilder,
+        diagnostics: &mut Diagnostics,
+    ) -> MaterialId {
         // A shape may override parameters: then it has a material of its own. The shared one is still read, once, so
         // that what is wrong with it is reported once.
         let shared = self.shared(index, textures, diagnostics);
@@ -128,7 +149,14 @@ impl MaterialBuilder {
         self.ids.iter().filter(|id| id.is_none()).count()
     }
 
-    pub(super) fn finish(mut self) -> Materials {
+    pub(super) fn finish(mut self, diagnostics: &mut Diagnostics) -> Materials {
+        let mut spans: Vec<_> = self.spans.into_iter().collect();
+        spans.sort_unstable_by_key(|(id, _)| *id);
+        for (id, span) in spans {
+            if let Some(albedo) = self.built.albedo_above(id, BRIGHTEST) {
+                diagnostics.push(bright_material(span, albedo));
+            }
+        }
         self.built.diffusion = self.diffusion.finish();
         self.built
     }
@@ -270,6 +298,12 @@ impl MaterialBuilder {
         );
         mix.first
     }
+}
+
+fn bright_material(span: Span, albedo: f64) -> Diagnostic {
+    let message = format!("this material sends back up to {albedo:.2} times the light it receives");
+    Diagnostic::warning("bright-material", span, message)
+        .with_help("reflectances that add up to at most 1 keep long paths from growing brighter")
 }
 
 /// Whether two findings say the same of the same place.

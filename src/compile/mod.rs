@@ -154,7 +154,7 @@ fn build(
         media: media.skipped(),
         objects: n_objects_skipped,
     };
-    parts.materials = materials.finish();
+    parts.materials = materials.finish(diagnostics);
     parts.textures = textures.finish();
     let ignores_media = media.is_ignored();
     let (media, medium_names) = media.finish();

@@ -4,6 +4,7 @@
 
 pub mod bump;
 pub mod disney;
+pub mod energy;
 pub mod fourier;
 pub mod glass;
 pub mod hair;
