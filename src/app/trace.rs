@@ -155,7 +155,11 @@ impl Writer<'_> {
                 transmitted,
                 medium,
             } => {
-                let how = if transmitted { "transmits" } else { "reflects" };
+                let how = match transmitted {
+                    Some(true) => "transmits",
+                    Some(false) => "reflects",
+                    None => "scatters",
+                };
                 let density =
                     pdf_w.map_or_else(|| "certain".to_owned(), |pdf| format!("density {pdf}"));
                 let ([x, y, z], medium) = (wi.0.to_array(), self.medium(medium));

@@ -381,7 +381,7 @@ impl<O: Observer> State<'_, O> {
             wi,
             pdf_w: (!phase.is_delta()).then_some(pdf_w),
             weight: Rgb::ONE,
-            transmitted: true,
+            transmitted: None,
             medium: state.medium,
         });
     }
@@ -506,7 +506,7 @@ impl<O: Observer> State<'_, O> {
             wi: sample.wi,
             pdf_w: (!sample.specular).then_some(sample.pdf_w),
             weight: sample.weight,
-            transmitted: sample.transmitted,
+            transmitted: Some(sample.transmitted),
             medium: state.medium,
         });
         Some(sample.transmitted)

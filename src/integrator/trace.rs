@@ -123,8 +123,8 @@ pub enum Event {
         pdf_w: Option<f32>,
         /// Factor of the throughput.
         weight: Rgb,
-        /// It went through the surface.
-        transmitted: bool,
+        /// Whether it went through the surface; `None` in a medium.
+        transmitted: Option<bool>,
         /// The medium it goes on in.
         medium: MediumId,
     },

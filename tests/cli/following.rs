@@ -69,6 +69,7 @@ fn a_log_names_media_and_shows_every_kind_of_event() {
         "no material",
         "crosses into \"fog\"",
         "collides with the medium",
+        "scatters toward",
         "samples light",
         "finds light from infinity",
         "reflects toward",

@@ -4,8 +4,7 @@ use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
 use crate::compared::{assert_same_mean, for_all};
-use crate::seen::{V, environment};
-use crate::solids::{homogeneous, null_box};
+use crate::solids::{V, environment, homogeneous, null_box, volpath};
 
 /// Coefficients, asymmetry, and densities of a grid of 4 × 2 × 2.
 type Cloud = ([u8; 3], [u8; 3], i8, Vec<u8>);
@@ -26,14 +25,12 @@ fn sigma(c: [u8; 3]) -> V {
 
 /// Lit by a sky and a lamp, seen from the front.
 fn scene(world: &str) -> String {
-    format!(
-        "Film \"image\" \"integer xresolution\" 12 \"integer yresolution\" 8\nPixelFilter \"box\"\n\
-         Sampler \"halton\" \"integer pixelsamples\" 4\n\
-         Integrator \"volpath\" \"integer maxdepth\" 5\n\
-         LookAt 0.3 0.4 -6 0 0 0 0 1 0\nCamera \"perspective\" \"float fov\" 40\nWorldBegin\n\
-         {}LightSource \"point\" \"point from\" [1 5 -3] \"rgb I\" [20 20 20]\n{world}WorldEnd\n",
-        environment([0.5, 0.4, 0.3])
-    )
+    let lights = environment([0.5, 0.4, 0.3])
+        + "LightSource \"point\" \"point from\" [1 5 -3] \"rgb I\" [20 20 20]\n";
+    "Film \"image\" \"integer xresolution\" 12 \"integer yresolution\" 8\nPixelFilter \"box\"\n\
+     Sampler \"halton\" \"integer pixelsamples\" 4\n"
+        .to_owned()
+        + &volpath(5, [0.3, 0.4, -3.5], [-0.3, -0.4, 3.5], &(lights + world))
 }
 
 /// A grid over the box from x0 to x1, −1 to 1 along y and z.

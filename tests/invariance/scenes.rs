@@ -5,7 +5,7 @@
 
 use proptest::prelude::*;
 
-use crate::solids::V;
+use crate::solids::{V, null_sphere};
 
 /// A shape at its place.
 #[derive(Clone, Debug)]
@@ -276,14 +276,11 @@ impl Fog {
             "\"string type\" \"homogeneous\"".to_owned()
         };
         format!(
-            "MakeNamedMedium \"fog\" {kind} \"float g\" {} \"rgb sigma_a\" [{}] \"rgb sigma_s\" [{}]\n\
-             AttributeBegin MediumInterface \"fog\" \"\" Material \"\" \
-             Shape \"sphere\" \"float radius\" {} AttributeEnd\n",
+            "MakeNamedMedium \"fog\" {kind} \"float g\" {} \"rgb sigma_a\" [{}] \"rgb sigma_s\" [{}]\n",
             f64::from(self.g) / 8.0,
             sigma(self.sigma_a),
             sigma(self.sigma_s),
-            numbers(&[2.75], s),
-        )
+        ) + &null_sphere([0.0; 3], 2.75 * s, "fog", "")
     }
 }
 

@@ -5,6 +5,7 @@ use proptest::test_runner::TestCaseError;
 
 use crate::compared::{assert_alike, assert_identical, assert_same_mean, for_all, job, picture};
 use crate::scenes::{Stand, Still, still};
+use crate::solids::null_sphere;
 
 const ALL: &[&str] = &["path", "volpath", "bdpt", "directlighting"];
 const PATHS: &[&str] = &["path", "volpath"];
@@ -126,10 +127,7 @@ fn nesting((scene, radii): (Still, Vec<u8>)) -> Result<(), TestCaseError> {
     // Around everything but the camera, and in the middle of everything: not where the fog begins.
     let shells: String = radii
         .iter()
-        .map(|r| {
-            let radius = 0.5 + f64::from(*r) / 64.0;
-            format!("AttributeBegin Material \"\" Shape \"sphere\" \"float radius\" {radius} AttributeEnd\n")
-        })
+        .map(|r| null_sphere([0.0; 3], 0.5 + f64::from(*r) / 64.0, "", ""))
         .collect();
     let (plain, nested) = (
         scene.text(1.0, &Stand::default(), ""),
