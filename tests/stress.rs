@@ -8,6 +8,7 @@
 //! | `STRESS_SPP` | 16 | samples per pixel of each picture |
 //! | `STRESS_SEEDS` | 16 | pictures of each scene by each estimator |
 //! | `STRESS_SAMPLES` | 1000000 | samples of each closed form |
+//! | `STRESS_ONLY` | all | comparisons whose names hold this |
 //! | `STRESS_REPORT` | `target/stress.md` | where the report goes: every comparison, its largest deviations first |
 //!
 //! A block of 16 × 16 pixels deviates by z standard errors, which are measured: the spread of its mean over the seeds. Of
@@ -174,21 +175,21 @@ fn compare(name: String, ours: &[Image], theirs: &[Image]) -> Comparison {
     Comparison { name, deviations }
 }
 
-/// Scenes of the subset, and another integrator with the same integrand: null surfaces and subsurface scattering are
-/// where those of pbrt-v3 differ.
-const PAIRS: [(&str, &str, &str); 12] = [
+/// Scenes of the subset, and another integrator that finds the same light. Null surfaces, shadow masks and subsurface
+/// scattering mean different things to the integrators of pbrt-v3, and what a light without extent sends through glass is
+/// found from its end alone: scenes with those have no partner here.
+const PAIRS: [(&str, &str, &str); 11] = [
     ("amber/amber", "volpath", "bdpt"),
     ("cameras/orthographic", "path", "bdpt"),
     ("cloud/cloud", "volpath", "bdpt"),
     ("curves/curves", "path", "bdpt"),
     ("disney/disney", "path", "bdpt"),
-    ("leaves/leaves", "path", "volpath"),
+    ("leaves/leaves", "volpath", "bdpt"),
     ("lights/spot", "path", "bdpt"),
     ("lights/projection", "path", "bdpt"),
     ("room/room", "volpath", "bdpt"),
     ("shapes/shapes", "path", "bdpt"),
     ("smoke/smoke", "volpath", "bdpt"),
-    ("spheres/spheres", "path", "bdpt"),
 ];
 
 /// Name, scene, radiance.
@@ -315,17 +316,25 @@ fn report(comparisons: &mut [Comparison], n_seeds: u32) -> String {
 #[ignore = "runs for as long as its environment asks"]
 fn many_samples_find_no_deviation() {
     let n_seeds = setting("STRESS_SEEDS", 16);
+    let only = std::env::var("STRESS_ONLY").unwrap_or_default();
     let mut comparisons = Vec::new();
     for (name, scene, expected) in closed_forms() {
+        if !name.contains(&only) {
+            continue;
+        }
         comparisons.push(closed_form(name, &scene, expected));
         println!("{name}: {:.2}", comparisons[comparisons.len() - 1].worst());
     }
     for (scene, first, second) in PAIRS {
+        let name = format!("{scene}: {first}, {second}");
+        if !name.contains(&only) {
+            continue;
+        }
         let file = Path::new("assets/pbrt-v3-scenes-subset").join(format!("{scene}.pbrt"));
         let text = std::fs::read_to_string(&file).expect("the scene is there");
         let ours = pictures(&file, &under(&text, first), 0);
         let theirs = pictures(&file, &under(&text, second), 1 << 20);
-        let comparison = compare(format!("{scene}: {first}, {second}"), &ours, &theirs);
+        let comparison = compare(name, &ours, &theirs);
         println!("{}: {:.2}", comparison.name, comparison.worst());
         comparisons.push(comparison);
     }
