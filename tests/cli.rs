@@ -1,5 +1,7 @@
 //! The command line: the real program, run in fresh directories.
 
+#[path = "cli/bench.rs"]
+mod bench;
 #[path = "cli/files.rs"]
 mod files;
 #[path = "cli/following.rs"]

@@ -465,3 +465,29 @@ fn the_manual_names_every_option() {
     }
     assert!(n_options >= 10, "{help}");
 }
+
+#[test]
+fn a_picture_that_does_not_say_where_it_is_can_be_put_in_its_place() {
+    let desk = Desk::new();
+    let full = Image::new(4, 4, 1, (0..16u8).map(f32::from).collect()).expect("16 pixels");
+    let window = PixelRect {
+        x0: 1,
+        y0: 2,
+        width: 3,
+        height: 2,
+    };
+    desk.put_crop("crop.exr", &full, window);
+    desk.put_full("lost.exr", full.crop(window).expect("it is inside"));
+    let run = desk.run("compare lost.exr crop.exr");
+    assert_eq!(run.code, Some(3), "{}", run.stderr);
+    let run = desk.run("compare lost.exr crop.exr --same-window --max-mse 0");
+    assert_eq!(run.code, Some(0), "{}", run.stderr);
+    desk.put_full("full.exr", full);
+    let run = desk.run("compare full.exr crop.exr --same-window");
+    assert_eq!(run.code, Some(3));
+    assert!(
+        run.stderr.contains("A has 4x4 pixels, B 3x2"),
+        "{}",
+        run.stderr
+    );
+}

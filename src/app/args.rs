@@ -13,7 +13,7 @@ use super::compare::EXIT_STATUS_HELP as COMPARE_EXIT_STATUS_HELP;
 use super::outcome::EXIT_STATUS_HELP;
 
 /// More than any machine has cores: tens of thousands would bring it to a halt before they render a pixel.
-const MAX_THREADS: i64 = 1024;
+pub(super) const MAX_THREADS: u16 = 1024;
 
 const INPUT_HELP: &str = "\
 Without FILE, or for the FILE -, standard input is read. Several files are one stream of directives;
@@ -21,10 +21,24 @@ relative paths in each start at its own directory. If the first FILE is the word
 checked and not rendered (write ./check for a file of that name). Options may have one dash or two,
 and values may follow an = sign.
 
-tyndall compare A B measures how far two pictures are apart; see tyndall compare --help.";
+tyndall compare A B measures how far two pictures are apart; see tyndall compare --help.
+tyndall bench SUITE measures error and time beside other renderers; see tyndall bench --help.";
 
 /// The word that, before everything else, asks for a comparison.
 const COMPARE: &str = "compare";
+/// The same for a benchmark.
+const BENCH: &str = "bench";
+
+const BENCH_HELP: &str = "\
+The results go to DIR: report.md, report.json, runs.csv and a plot for each scene. Suites are described
+in docs/bench/README.md.
+
+Exit status:
+  0    every run was measured
+  1    the suite has errors, or the results cannot be written
+  2    the command line is wrong
+  3    a run failed or a scene was skipped; the report says which
+  130  interrupted; the results are those until then";
 
 /// The command line as typed.
 #[derive(Clone, PartialEq, Debug)]
@@ -33,6 +47,8 @@ pub(super) enum Command {
     Scene(LowArgs),
     /// Two pictures are compared.
     Compare(CompareArgs),
+    /// A suite is measured.
+    Bench(BenchArgs),
 }
 
 /// The command line of everything that is done with a scene.
@@ -41,7 +57,7 @@ pub(super) enum Command {
     name = "tyndall",
     version,
     about = "Renders pbrt-v3 scene files.",
-    override_usage = "tyndall [OPTIONS] [FILE]...\n       tyndall check [OPTIONS] [FILE]...\n       tyndall compare A B [OPTIONS]",
+    override_usage = "tyndall [OPTIONS] [FILE]...\n       tyndall check [OPTIONS] [FILE]...\n       tyndall compare A B [OPTIONS]\n       tyndall bench SUITE [OPTIONS]",
     after_help = format!("{INPUT_HELP}\n\n{EXIT_STATUS_HELP}"),
     args_override_self = true,
     disable_help_flag = true,
@@ -62,7 +78,7 @@ pub(super) struct LowArgs {
         value_name = "N",
         default_value_t = 0,
         hide_default_value = true,
-        value_parser = clap::value_parser!(u16).range(..=MAX_THREADS)
+        value_parser = clap::value_parser!(u16).range(..=i64::from(MAX_THREADS))
     )]
     pub(super) nthreads: u16,
 
@@ -205,6 +221,10 @@ pub(super) struct CompareArgs {
     #[arg(long, value_name = "X", value_parser = not_negative)]
     pub(super) max_mean_ratio_error: Option<f64>,
 
+    /// Take A for the part of the frame that B shows, whatever its file says; sizes must agree
+    #[arg(long)]
+    pub(super) same_window: bool,
+
     /// Peak of the PSNR, instead of the largest value of B
     #[arg(long, value_name = "X", value_parser = above_zero)]
     pub(super) peak: Option<f64>,
@@ -230,6 +250,54 @@ pub(super) struct CompareArgs {
     help: Option<bool>,
 }
 
+/// The command line of `bench`, behind that word.
+#[derive(Parser, Clone, PartialEq, Debug)]
+#[command(
+    bin_name = "tyndall bench",
+    about = "Measures error, time and memory over a suite of scenes, beside other renderers.",
+    override_usage = "tyndall bench SUITE [OPTIONS]",
+    after_help = BENCH_HELP,
+    args_override_self = true,
+    disable_help_flag = true
+)]
+pub(super) struct BenchArgs {
+    /// The suite (toml)
+    #[arg(value_name = "SUITE")]
+    pub(super) suite: PathBuf,
+
+    /// Look for scenes in DIR instead of where the suite says
+    #[arg(long, value_name = "DIR")]
+    pub(super) scenes: Option<PathBuf>,
+
+    /// Look for references in DIR instead of where the suite says
+    #[arg(long, value_name = "DIR")]
+    pub(super) references: Option<PathBuf>,
+
+    /// Write the results to DIR, which is made if it is not there
+    #[arg(long, value_name = "DIR", default_value = "bench-results")]
+    pub(super) outdir: PathBuf,
+
+    /// Measure only this scene; may be given several times
+    #[arg(long, value_name = "SCENE", action = clap::ArgAction::Append)]
+    pub(super) only: Vec<String>,
+
+    /// Run no other renderers
+    #[arg(long)]
+    pub(super) no_peers: bool,
+
+    /// Write the machine-readable report to FILE as well, or to standard output for -
+    #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
+    pub(super) json: Option<PathBuf>,
+
+    /// Print neither runs nor tables
+    #[arg(long)]
+    pub(super) quiet: bool,
+
+    /// Print this help
+    #[arg(short, long, action = clap::ArgAction::Help)]
+    help: Option<bool>,
+}
+
 /// Reads the command line, program name included.
 ///
 /// # Errors
@@ -247,16 +315,21 @@ pub(super) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Command,
         args.remove(1);
         return CompareArgs::try_parse_from(args).map(Command::Compare);
     }
+    if args.get(1).is_some_and(|arg| arg == BENCH) {
+        args.remove(1);
+        return BenchArgs::try_parse_from(args).map(Command::Bench);
+    }
     let args = LowArgs::try_parse_from(args)?;
-    if args
-        .files
-        .first()
-        .is_some_and(|file| file.as_os_str() == COMPARE)
-    {
-        // Its options are others, so those that were read may be wrong.
-        let message = "the word compare comes before all options: tyndall compare A B [OPTIONS] \
-                       (write ./compare for a file of that name)";
-        return Err(LowArgs::command().error(ErrorKind::ArgumentConflict, message));
+    for (word, operands) in [(COMPARE, "A B"), (BENCH, "SUITE")] {
+        let is_word = |file: &PathBuf| file.as_os_str() == word;
+        if args.files.first().is_some_and(is_word) {
+            // Its options are others, so those that were read may be wrong.
+            let message = format!(
+                "the word {word} comes before all options: tyndall {word} {operands} [OPTIONS] \
+                 (write ./{word} for a file of that name)"
+            );
+            return Err(LowArgs::command().error(ErrorKind::ArgumentConflict, message));
+        }
     }
     Ok(Command::Scene(args))
 }
@@ -331,7 +404,7 @@ mod tests {
 
     use clap::CommandFactory;
 
-    use super::{Command, CompareArgs, LowArgs, parse};
+    use super::{BenchArgs, Command, CompareArgs, LowArgs, parse};
 
     fn command(line: &str) -> Result<Command, clap::Error> {
         let args = ["tyndall"].into_iter().chain(line.split_whitespace());
@@ -341,7 +414,7 @@ mod tests {
     fn typed(line: &str) -> LowArgs {
         match command(line).expect("the line is right") {
             Command::Scene(args) => args,
-            Command::Compare(args) => panic!("{args:?}"),
+            other => panic!("{other:?}"),
         }
     }
 
@@ -349,6 +422,7 @@ mod tests {
     fn the_definition_of_the_command_line_is_sound() {
         LowArgs::command().debug_assert();
         CompareArgs::command().debug_assert();
+        BenchArgs::command().debug_assert();
     }
 
     #[test]

@@ -180,8 +180,11 @@ fn print(text: &str) -> Result<(), String> {
 /// Reads both pictures, measures, and writes the map.
 fn compare(args: &CompareArgs) -> Result<Finding, String> {
     let map_place = args.map.as_deref().map(Place::new).transpose()?;
-    let test = read(&args.test)?;
+    let mut test = read(&args.test)?;
     let reference = read(&args.reference)?;
+    if args.same_window {
+        place_like(&mut test, &reference)?;
+    }
     let window = common_window(&test, &reference)?;
     let channels = test.image.channels().max(reference.image.channels());
     let part = |file: &ImageFile| {
@@ -245,6 +248,20 @@ fn read(path: &Path) -> Result<ImageFile, String> {
 fn extension(path: &Path) -> String {
     let extension = path.extension().unwrap_or_default();
     extension.to_string_lossy().into_owned()
+}
+
+/// Puts a picture whose file does not say which part of the frame it is where the other one is.
+fn place_like(test: &mut ImageFile, reference: &ImageFile) -> Result<(), String> {
+    let size = |file: &ImageFile| [file.image.width(), file.image.height()];
+    let ([wide, high], [b_wide, b_high]) = (size(test), size(reference));
+    if [wide, high] != [b_wide, b_high] {
+        return Err(format!(
+            "the pictures show no part of the same size: A has {wide}x{high} pixels, B {b_wide}x{b_high}"
+        ));
+    }
+    test.origin = reference.origin;
+    test.display_window = reference.display_window;
+    Ok(())
 }
 
 /// The pixels of the frame that both pictures have.

@@ -2,9 +2,10 @@
 //! prints.
 //!
 //! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it; `compare`
-//! measures pictures that are there already. Refuses to know anything about plugins or light. `docs/cli.md` is the manual.
+//! measures pictures that are there already, `bench` measures time and error over many runs. Refuses to know anything about plugins or light. `docs/cli.md` is the manual.
 
 mod args;
+mod bench;
 mod compare;
 mod console;
 mod files;
@@ -36,6 +37,7 @@ pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     let run = |command| match command {
         Command::Scene(args) => Plan::new(args).map(|plan| carry_out(&plan).code()),
         Command::Compare(args) => Ok(compare::run(args).code()),
+        Command::Bench(args) => Ok(bench::run(args).code()),
     };
     args::parse(args).and_then(run).unwrap_or_else(|message| {
         // Help and version go to standard output, faults to standard error; whoever closed either does not want to

@@ -144,6 +144,23 @@ impl Camera {
         })
     }
 
+    /// Whether the point of the lens makes a difference.
+    #[inline]
+    pub fn has_lens(&self) -> bool {
+        match &self.projection {
+            Projection::Perspective(perspective) => perspective.has_lens(),
+            Projection::Orthographic(orthographic) => orthographic.has_lens(),
+            Projection::Environment(_) => false,
+            Projection::Realistic(_) => true,
+        }
+    }
+
+    /// Whether it stands still.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        self.render_from_camera.is_still()
+    }
+
     /// When the shutter opens and closes.
     pub fn shutter(&self) -> [f32; 2] {
         self.shutter

@@ -30,6 +30,12 @@ impl Orthographic {
         }
     }
 
+    /// Whether the point of the lens makes a difference.
+    #[inline]
+    pub fn has_lens(&self) -> bool {
+        self.lens.radius > 0.0
+    }
+
     /// The ray of a sample.
     #[inline]
     pub fn ray(&self, sample: &CameraSample) -> LocalRay {

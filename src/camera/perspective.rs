@@ -33,6 +33,12 @@ impl Perspective {
         }
     }
 
+    /// Whether the point of the lens makes a difference.
+    #[inline]
+    pub fn has_lens(&self) -> bool {
+        self.lens.radius > 0.0
+    }
+
     /// The ray of a sample.
     #[inline]
     pub fn ray(&self, sample: &CameraSample) -> LocalRay {

@@ -3,12 +3,13 @@
 //! | parameter | default | meaning |
 //! |---|---|---|
 //! | `integer maxdepth` | 5 | scattering events; 0 shows emitters only |
-//! | `float rrthreshold` | 1 | Russian roulette below this throughput |
+//! | `float rrthreshold` | 1 | Russian roulette below 0.6 of this throughput; 0 never |
 //! | `string lightsamplestrategy` | `spatial` | how a light is chosen |
 //! | `integer[4] pixelbounds` | film | pixels that are rendered |
 //!
 //! The integrand is pbrt-v3's. The estimator differs: the continuation of the path serves as the second half of
-//! multiple importance sampling, so that each vertex costs one shadow ray.
+//! multiple importance sampling, so that each vertex costs one shadow ray. Russian roulette waits until that half has
+//! found its light; it is not played after a number of bounces, but when little is left.
 
 use crate::camera::RayDifferential;
 use crate::ids::{LightId, MaterialId, MediumId};
@@ -37,15 +38,17 @@ pub struct Path {
     pub rr_threshold: f32,
 }
 
-/// Bounces after which Russian roulette may end a path.
-const ROULETTE_AFTER: u32 = 3;
+/// Russian roulette begins below this part of the threshold. Measured: at 1 and after four bounces, as in pbrt-v3, paths
+/// in clouds of albedo 0.9 end too early (a third more squared error for a fifth less time), and those in smoke of albedo
+/// 0.1 go on for nothing (half more time). Between 0.4 and 0.6 no scene cares.
+const ROULETTE_BELOW: f32 = 0.6;
 /// Part of a path's extent within which a collision may touch the wall ahead by rounding, down to grazing angles of
 /// 10⁻⁵.
 const NEAR_WALL: f32 = 1e-2;
 /// Why a path of no throughput ends.
 const NOTHING_LEFT: &str = "nothing is left of it";
-/// Least probability with which Russian roulette ends a path it is tested for.
-const MIN_ROULETTE: f32 = 0.05;
+/// Why a path ends that has been followed far enough.
+const AT_MAX_DEPTH: &str = "it has scattered as often as it may";
 
 /// How the current ray came about, for weighing the emission it finds.
 #[derive(Clone, Copy)]
@@ -131,25 +134,26 @@ impl Path {
                         state.see(|_| Event::Passed { weight });
                     }
                     MediumEvent::Scatter { t, weight } => {
+                        // Roulette is about what arrives: the albedo is still to come, as at surfaces.
+                        if state.bounces >= self.max_depth {
+                            state.end(AT_MAX_DEPTH);
+                            break;
+                        }
+                        if !self.survives(&mut state) {
+                            break;
+                        }
                         state.beta *= weight;
+                        if state.beta.is_black() {
+                            state.end(NOTHING_LEFT);
+                            break;
+                        }
                         state.counters.medium_scatterings += 1;
                         differential = None;
                         crossings = 0;
                         let t = hit.map_or(t, |hit| stay_inside(world, &state.ray, t, &hit));
                         state.see(|_| Event::Collided { t, weight });
                         let phase = medium.phase();
-                        if state.bounces >= self.max_depth {
-                            state.end("it has scattered as often as it may");
-                            break;
-                        }
-                        if state.beta.is_black() {
-                            state.end(NOTHING_LEFT);
-                            break;
-                        }
                         state.scatter_in_medium(t, phase);
-                        if !self.survives(&mut state) {
-                            break;
-                        }
                         continue;
                     }
                 }
@@ -192,7 +196,10 @@ impl Path {
                 continue;
             }
             if is_last {
-                state.end("it has scattered as often as it may");
+                state.end(AT_MAX_DEPTH);
+                break;
+            }
+            if !self.survives(&mut state) {
                 break;
             }
             crossings = 0;
@@ -208,26 +215,28 @@ impl Path {
             if !VOLUMETRIC && world.facts().has_shadow_holes {
                 state.look_for_light();
             }
-            if !self.survives(&mut state) {
-                break;
-            }
         }
         state.radiance
     }
 
-    /// Russian roulette after a bounce; survivors carry the energy of the others.
+    /// Russian roulette before the path scatters once more; survivors carry the energy of the others.
+    #[inline]
     fn survives<O: Observer>(&self, state: &mut State<'_, O>) -> bool {
-        let u = state.sampler.get_1d();
+        let level = ROULETTE_BELOW * self.rr_threshold;
         let carried = (state.beta * state.eta_scale).max_component();
-        if carried < self.rr_threshold && state.bounces > ROULETTE_AFTER {
-            let p_end = (1.0 - carried).max(MIN_ROULETTE);
-            if u < p_end {
-                state.end("Russian roulette");
-                return false;
-            }
-            state.beta *= 1.0 / (1.0 - p_end);
-            state.see(|_| Event::Survived { p_end });
+        if !(carried < level) {
+            return true;
         }
+        let p_survive = carried / level;
+        // Not a number of the sampler: where paths end is nothing to be stratified.
+        if !(state.rng.uniform() < p_survive) {
+            state.end("Russian roulette");
+            return false;
+        }
+        state.beta *= 1.0 / p_survive;
+        state.see(|_| Event::Survived {
+            p_end: 1.0 - p_survive,
+        });
         true
     }
 }

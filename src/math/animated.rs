@@ -159,6 +159,12 @@ pub struct MotionChain {
 }
 
 impl Motion {
+    /// Whether it is the same at all times.
+    #[inline]
+    pub fn is_still(&self) -> bool {
+        matches!(self, Self::Still(_))
+    }
+
     /// The transform at a time; `None` where it is singular for a moment.
     #[inline]
     pub fn at(&self, time: f32) -> Option<Transform> {

@@ -335,16 +335,21 @@ fn overlap(a: &PixelRect, b: &PixelRect) -> (usize, usize) {
     )
 }
 
-/// The first numbers of a sample: where, when, and through which point of the lens.
+/// The first numbers of a sample: where, when, and through which point of the lens. What makes no difference takes no
+/// number: the first are the best laid out.
 fn camera_sample(job: &Job, pixel: [i32; 2], sampler: &mut Sampler) -> CameraSample {
     let mut u = sampler.get_2d();
     if job.pixel_centers {
         u = [0.5; 2];
     }
+    let stands_still = job.camera.is_still() && !job.world.facts().has_motion;
+    let time = if stands_still { 0.5 } else { sampler.get_1d() };
+    let has_lens = job.camera.has_lens();
+    let lens = if has_lens { sampler.get_2d() } else { [0.5; 2] };
     CameraSample {
         raster: job.film.position(pixel, u),
-        time: sampler.get_1d(),
-        lens: sampler.get_2d(),
+        time,
+        lens,
     }
 }
 

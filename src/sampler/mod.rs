@@ -4,8 +4,8 @@
 //! | plugin | points of a pixel |
 //! |---|---|
 //! | `02sequence`, `lowdiscrepancy` | a (0,2)-sequence for each number or pair drawn, Owen-scrambled and shuffled |
-//! | `sobol` | Sobol' points in 16 dimensions, Owen-scrambled; the next 16 are shuffled anew |
-//! | `halton` | Halton points in 5 dimensions (film, time, lens), scrambled by digits; then as `02sequence` |
+//! | `sobol` | Sobol' points in 4 dimensions, Owen-scrambled; the next 4 are shuffled anew (Burley 2020) |
+//! | `halton` | Halton points in 5 dimensions (film, time, lens), scrambled by digits, then as `02sequence`; as `sobol` if their number is a power of two |
 //! | `maxmindist` | the film positions keep the largest distance from each other; the rest as `02sequence` |
 //! | `stratified` | one in each cell of a grid, or the centres of the cells with `jitter` off |
 //! | `random` | independent |
@@ -30,7 +30,7 @@ pub enum SamplerKind {
     /// 9:4). Any prefix whose length is a power of two is stratified.
     #[default]
     ZeroTwo,
-    /// Sobol' points, in blocks of 16 dimensions.
+    /// Sobol' points, in blocks of 4 dimensions.
     Sobol,
     /// Halton points in the first 5 dimensions, padded pairs beyond.
     Halton,

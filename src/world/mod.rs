@@ -100,6 +100,8 @@ pub struct Facts {
     pub has_holes: bool,
     /// Some mesh has parts that cast no shadow.
     pub has_shadow_holes: bool,
+    /// Some instance moves.
+    pub has_motion: bool,
 }
 
 /// Parts of a world, ready to be frozen.
@@ -189,6 +191,10 @@ impl World {
                 .geometries
                 .iter()
                 .any(|g| g.cutout.shadow_alpha.is_some()),
+            has_motion: parts
+                .instances
+                .iter()
+                .any(|i| !i.render_from_object.is_still()),
         };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))

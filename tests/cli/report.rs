@@ -2,7 +2,7 @@
 
 use std::collections::BTreeSet;
 
-use crate::room::{Room, ball_without_its_mesh};
+use crate::room::{Room, ball, ball_without_its_mesh};
 
 /// `a.b`, `list[].c`: the fields of a value, `[]` at the end left out.
 fn fields(value: &serde_json::Value, path: &str, found: &mut BTreeSet<String>) {
@@ -125,4 +125,34 @@ fn verbose_says_what_was_built_and_where_the_time_went() {
     run.says("1 surface elements")
         .says("samples    12288")
         .says("parse ");
+}
+
+#[test]
+fn verbose_and_the_report_say_what_was_skipped() {
+    let room = Room::new();
+    let unused = "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"gone.exr\"\n\
+                  MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n\
+                  ObjectBegin \"o\"\nShape \"plymesh\" \"string filename\" \"gone.ply\"\nObjectEnd\n";
+    room.put("ball.pbrt", &ball("Shape", &format!("{unused}Shape")));
+    let run = room.run("--verbose ball.pbrt").ends_with(0);
+    run.says("unused     1 textures, 1 materials, 1 media, 1 objects");
+    assert_eq!(
+        room.report("ball.pbrt")["pictures"][0]["job"]["skipped"],
+        serde_json::json!({"textures": 1, "materials": 1, "media": 1, "objects": 1})
+    );
+}
+
+/// A program that starts slowly is slow for every small picture.
+#[test]
+fn a_small_picture_is_there_at_once() {
+    let room = Room::new();
+    let seconds = |_| {
+        let start = std::time::Instant::now();
+        room.run("--quiet --spp 1 --cropwindow 0 0.1 0 0.1 ball.pbrt")
+            .ends_with(0);
+        start.elapsed().as_secs_f64()
+    };
+    // The least of several: what else the machine does only adds.
+    let least = (0..20).map(seconds).fold(f64::INFINITY, f64::min);
+    assert!(least < 0.030, "the process takes {least} s");
 }

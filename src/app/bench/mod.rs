@@ -1,0 +1,228 @@
+//! `tyndall bench`: how good the pictures are for the time they take, and how that compares with other renderers.
+//!
+//! `suite` says what is wanted (`keys` reads it), `contest` runs it, each `run` being a child process measured from
+//! outside; `fit` and `summary` judge, `report` and `plot` show. Refuses to render or to open pictures itself: ours are
+//! made by the same program in a process of its own, measured like any other. `docs/bench/README.md` is the manual.
+
+mod contest;
+mod fit;
+mod keys;
+mod plot;
+mod report;
+mod run;
+mod suite;
+mod summary;
+
+use std::collections::HashSet;
+use std::fs;
+use std::path::Path;
+
+use tyndall_parser::source::Sources;
+
+use super::args::BenchArgs;
+use super::console::{self, Console};
+use super::interrupt::Interrupt;
+use super::outcome::Outcome;
+use super::output::Place;
+use super::plan::{Destination, Verbosity};
+use super::{ReportSink, reason, resources};
+use contest::Contest;
+use report::{Parts, Report, Skipped};
+use suite::{Directories, Scene, Suite};
+
+/// Runs the suite and writes the results.
+pub(super) fn run(args: BenchArgs) -> Outcome {
+    let mut console = Console::new(match args.quiet {
+        true => Verbosity::Quiet,
+        false => Verbosity::Normal,
+    });
+    bench(&args, &mut console).unwrap_or_else(|why| {
+        console.say(&format!("fatal: {why}"));
+        Outcome::Failed
+    })
+}
+
+fn bench(args: &BenchArgs, console: &mut Console) -> Result<Outcome, String> {
+    let Some(mut suite) = read_suite(args, console)? else {
+        return Ok(Outcome::Failed);
+    };
+    if args.no_peers {
+        suite.peers.clear();
+    }
+    for name in &args.only {
+        if !suite.scenes.iter().any(|scene| scene.name == *name) {
+            return Err(format!("the suite has no scene \"{name}\""));
+        }
+    }
+    if !args.only.is_empty() {
+        suite.scenes.retain(|scene| args.only.contains(&scene.name));
+    }
+    // Known to be writable before hours are spent on what is written.
+    let destination = args.json.clone().map(Destination::new);
+    let json = destination.as_ref().map(ReportSink::new).transpose()?;
+    let shelf = Shelf::new(&args.outdir)?;
+
+    let (scenes, skipped) = sort_out(&suite);
+    for skipped in &skipped {
+        console.note(&format!("{}: skipped: {}", skipped.scene, skipped.why));
+    }
+    let versions = suite.peers.iter().map(|peer| {
+        let words = peer.version.as_ref()?;
+        run::first_line(words)
+    });
+    let versions = versions.collect();
+    let interrupt = Interrupt::listen();
+    let contest = Contest::new(&suite, console, &interrupt)?;
+    let runs = interrupt.busy(|| contest.run(&scenes));
+
+    let summaries = summary::summarize(&suite, &scenes, &runs);
+    let is_complete = skipped.is_empty()
+        && runs
+            .iter()
+            .all(|run| run.failure.is_none() && run.remark.is_none());
+    let outcome = match (interrupt.is_wanted(), is_complete) {
+        (true, _) => Outcome::Interrupted,
+        (false, true) => Outcome::Complete,
+        (false, false) => Outcome::Substituted,
+    };
+    let parts = Parts {
+        outcome,
+        memory_floor_bytes: resources::peak_memory(),
+        versions,
+        skipped,
+        means: summary::means(&summaries),
+        scenes: summaries,
+        runs,
+    };
+    let report = Report::new(&suite, parts);
+    let markdown = shelf.fill(&report)?;
+    if let Some(json) = json {
+        json.write(&report.to_json())?;
+    }
+    if destination != Some(Destination::Stdout) && !args.quiet {
+        let printed = console::print(&markdown);
+        printed.map_err(|error| format!("cannot write to standard output: {}", reason(&error)))?;
+    }
+    for scene in &report.scenes {
+        for renderer in &scene.renderers {
+            if let Some(warning) = renderer.warning(&scene.scene) {
+                console.note(&format!("warning: {warning}"));
+            }
+        }
+    }
+    if outcome > Outcome::Complete {
+        let code = outcome.code();
+        let how = match outcome {
+            Outcome::Interrupted => "interrupted; the results are those until then",
+            _ => "some runs failed or were skipped; the report says which",
+        };
+        console.say(&format!("tyndall bench: {how} (exit status {code})"));
+    }
+    Ok(outcome)
+}
+
+/// `None` if the suite has errors, which are shown.
+fn read_suite(args: &BenchArgs, console: &mut Console) -> Result<Option<Suite>, String> {
+    let directories = Directories {
+        scenes: args.scenes.clone(),
+        references: args.references.clone(),
+    };
+    let mut sources = Sources::new();
+    let (suite, found) = Suite::read(&args.suite, &directories, &mut sources)?;
+    console.show(&found, &sources);
+    Ok(suite)
+}
+
+/// The scenes that can be rendered, and those that cannot.
+fn sort_out(suite: &Suite) -> (Vec<&Scene>, Vec<Skipped>) {
+    let (mut scenes, mut skipped) = (Vec::new(), Vec::new());
+    for scene in &suite.scenes {
+        let mut files = [&scene.file, &scene.reference].into_iter();
+        match files.find(|file| !file.is_file()) {
+            Some(file) => skipped.push(Skipped {
+                scene: scene.name.clone(),
+                why: format!("there is no file \"{}\"", file.display()),
+            }),
+            None => scenes.push(scene),
+        }
+    }
+    (scenes, skipped)
+}
+
+/// The directory of the results.
+struct Shelf<'a> {
+    directory: &'a Path,
+}
+
+impl<'a> Shelf<'a> {
+    /// Makes the directory, unless it is there, and sees whether files can be made in it.
+    fn new(directory: &'a Path) -> Result<Self, String> {
+        if !directory.is_dir() {
+            let made = fs::create_dir(directory);
+            made.map_err(|error| {
+                format!(
+                    "cannot make \"{}\": {}",
+                    directory.display(),
+                    reason(&error)
+                )
+            })?;
+        }
+        let shelf = Self { directory };
+        Place::new(&directory.join(REPORT))?;
+        Ok(shelf)
+    }
+
+    /// Writes everything, and returns the page for people.
+    fn fill(&self, report: &Report) -> Result<String, String> {
+        let mut plots = Vec::new();
+        let mut taken = HashSet::new();
+        for scene in &report.scenes {
+            let plot = plot::scene(scene, &report.runs);
+            let plot = plot.map_err(|error| format!("cannot plot {}: {error}", scene.scene))?;
+            if let Some(svg) = plot {
+                let file = plot_name(&scene.scene, &mut taken);
+                self.write(&file, svg.as_bytes())?;
+                plots.push((scene.scene.clone(), file));
+            }
+        }
+        let others: Vec<(String, bool)> = report
+            .means
+            .iter()
+            .map(|mean| (mean.over.clone(), mean.derived_via.is_some()))
+            .collect();
+        let overview = plot::efficiencies(&report.scenes, &others);
+        let overview = overview.map_err(|error| format!("cannot plot efficiencies: {error}"))?;
+        if let Some(svg) = &overview {
+            self.write(OVERVIEW, svg.as_bytes())?;
+        }
+        let markdown = report.to_markdown(&plots, overview.as_ref().map(|_| OVERVIEW));
+        self.write("report.md", markdown.as_bytes())?;
+        self.write("runs.csv", &report.to_csv()?)?;
+        self.write(REPORT, report.to_json().as_bytes())?;
+        Ok(markdown)
+    }
+
+    fn write(&self, name: &str, bytes: &[u8]) -> Result<(), String> {
+        Place::new(&self.directory.join(name))?.write(bytes)
+    }
+}
+
+/// The machine-readable results.
+const REPORT: &str = "report.json";
+/// The plot of all scenes.
+const OVERVIEW: &str = "efficiency.svg";
+
+/// A file name that no other scene has: letters, digits and dashes.
+fn plot_name(scene: &str, taken: &mut HashSet<String>) -> String {
+    let plain: String = scene
+        .chars()
+        .map(|c| if c.is_ascii_alphanumeric() { c } else { '-' })
+        .collect();
+    let mut name = format!("{plain}.svg");
+    let mut n = 1;
+    while name == OVERVIEW || !taken.insert(name.clone()) {
+        n += 1;
+        name = format!("{plain}-{n}.svg");
+    }
+    name
+}
