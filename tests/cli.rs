@@ -4,6 +4,8 @@
 mod bench;
 #[path = "cli/files.rs"]
 mod files;
+#[path = "cli/following.rs"]
+mod following;
 #[path = "cli/options.rs"]
 mod options;
 #[path = "cli/outside.rs"]

@@ -42,6 +42,36 @@ fn row_25_partial_quadric_lights_are_announced() {
 }
 
 #[test]
+fn row_28_shapes_that_cast_no_shadow_are_announced_where_light_sampling_heeds_that() {
+    let mesh = "Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] \
+        \"float shadowalpha\" 0";
+    let announced = |integrator: &str| {
+        let scene = format!("Integrator \"{integrator}\" WorldBegin {mesh} WorldEnd");
+        let found = findings(&scene);
+        let told = |(code, message): &(String, String)| {
+            code == "biased-in-pbrt" && message.contains("shadow of this shape")
+        };
+        found.iter().any(told)
+    };
+    assert!(announced("path") && announced("directlighting"));
+    assert!(!announced("volpath"), "it has no effect there");
+}
+
+#[test]
+fn row_29_emitters_with_masks_are_announced() {
+    let mesh = |alpha: &str| {
+        format!(
+            "Texture \"mask\" \"float\" \"checkerboard\" \"float tex1\" 0 \"float tex2\" 1 \
+             Shape \"trianglemesh\" \"point P\" [0 0 0 1 0 0 0 1 0] \"integer indices\" [0 1 2] {alpha}"
+        )
+    };
+    assert_warns(&mesh("\"float alpha\" 0"), "alpha mask");
+    assert_warns(&mesh("\"texture alpha\" \"mask\""), "alpha mask");
+    let opaque = findings(&lamp(&mesh("\"float alpha\" 1")));
+    assert!(opaque.iter().all(|(code, _)| code != "biased-in-pbrt"));
+}
+
+#[test]
 fn row_58_emitters_without_a_material_are_announced() {
     assert_warns("Material \"none\" Shape \"sphere\"", "without a material");
 }

@@ -137,6 +137,26 @@ pub(super) struct LowArgs {
     #[arg(long)]
     pub(super) verbose: bool,
 
+    /// Render nothing, but follow the path of one sample of the pixel X,Y and tell what happens to it
+    #[arg(
+        long,
+        value_name = "X,Y",
+        allow_hyphen_values = true,
+        value_parser = pixel,
+        conflicts_with_all = ["check", "cat", "toply"]
+    )]
+    pub(super) pixel: Option<[i32; 2]>,
+
+    /// The number of the sample that --pixel follows, from 0
+    #[arg(
+        long,
+        value_name = "N",
+        requires = "pixel",
+        default_value_t = 0,
+        hide_default_value = true
+    )]
+    pub(super) sample: u32,
+
     /// Accepted for pbrt-v3's sake; there are no log files
     #[arg(long, value_name = "DIR", hide_short_help = true)]
     pub(super) logdir: Option<OsString>,
@@ -330,6 +350,14 @@ fn with_two_dashes(arg: OsString) -> OsString {
     } else {
         arg
     }
+}
+
+fn pixel(text: &str) -> Result<[i32; 2], String> {
+    let numbers: Result<Vec<i32>, _> = text.split(',').map(str::parse).collect();
+    numbers
+        .ok()
+        .and_then(|numbers| numbers.try_into().ok())
+        .ok_or_else(|| "a pixel is two integers, X,Y".to_owned())
 }
 
 fn finite(text: &str) -> Result<f32, String> {

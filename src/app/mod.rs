@@ -17,6 +17,7 @@ mod progress;
 mod report;
 mod resources;
 mod session;
+mod trace;
 
 use std::ffi::OsString;
 use std::time::Instant;

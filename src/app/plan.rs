@@ -22,6 +22,11 @@ pub(super) enum Task {
     Render,
     Check,
     Cat,
+    /// One path is followed.
+    Trace {
+        pixel: [i32; 2],
+        sample: u32,
+    },
 }
 
 /// How much is said on standard error.
@@ -86,15 +91,30 @@ impl Plan {
         if says_check {
             files.remove(0);
         }
-        let task = match (args.cat || args.toply, args.check || says_check) {
-            (true, true) => return Err(conflict("check and --cat exclude each other")),
-            (true, false) => Task::Cat,
-            (false, true) => Task::Check,
-            (false, false) => Task::Render,
+        let task = match (args.cat || args.toply, args.check || says_check, args.pixel) {
+            (true, true, _) => return Err(conflict("check and --cat exclude each other")),
+            (_, true, Some(_)) => return Err(conflict("check and --pixel exclude each other")),
+            (true, false, _) => Task::Cat,
+            (false, true, None) => Task::Check,
+            (false, false, None) => Task::Render,
+            (false, false, Some(pixel)) => Task::Trace {
+                pixel,
+                sample: args.sample,
+            },
         };
         let json = args.json.map(Destination::new);
-        if task == Task::Cat && json == Some(Destination::Stdout) {
-            return Err(conflict("--cat and --json - both write to standard output"));
+        if json == Some(Destination::Stdout) {
+            match task {
+                Task::Cat => {
+                    return Err(conflict("--cat and --json - both write to standard output"));
+                }
+                Task::Trace { .. } => {
+                    return Err(conflict(
+                        "--pixel and --json - both write to standard output",
+                    ));
+                }
+                Task::Render | Task::Check => {}
+            }
         }
         let inputs: Vec<Input> = if files.is_empty() {
             vec![Input::Stdin]
@@ -144,6 +164,38 @@ impl Plan {
                 .filter_map(|(option, is_given)| is_given.then_some(option))
                 .collect(),
         })
+    }
+}
+
+impl Plan {
+    /// The command line that follows one path of this run.
+    pub(super) fn replay_command(&self, [x, y]: [i32; 2], sample: u32) -> String {
+        let mut words = vec!["tyndall".to_owned()];
+        if self.compile.quick {
+            words.push("--quick".to_owned());
+        }
+        if let Some(spp) = self.compile.spp {
+            words.push(format!("--spp {spp}"));
+        }
+        if self.compile.seed != 0 {
+            words.push(format!("--seed {}", self.compile.seed));
+        }
+        words.extend(self.inputs.iter().map(|input| match input {
+            Input::Stdin => "-".to_owned(),
+            Input::File(path) => quoted(&path.to_string_lossy()),
+        }));
+        words.push(format!("--pixel {x},{y} --sample {sample}"));
+        words.join(" ")
+    }
+}
+
+/// As a POSIX shell takes it for one word.
+fn quoted(word: &str) -> String {
+    let is_plain = |c: char| c.is_alphanumeric() || "/._-+=:,@%".contains(c);
+    if !word.is_empty() && word.chars().all(is_plain) {
+        word.to_owned()
+    } else {
+        format!("'{}'", word.replace('\'', "'\\''"))
     }
 }
 

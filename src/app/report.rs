@@ -136,6 +136,9 @@ pub(super) struct RenderFacts {
     shadow_rays: u64,
     medium_scatterings: u64,
     stuck_paths: u64,
+    stuck_shadow_rays: u64,
+    leaked_paths: u64,
+    mismatched_media: u64,
     bad_samples: u64,
     first_bad_sample: Option<BadSample>,
 }
@@ -286,9 +289,12 @@ impl RenderFacts {
                 0.0
             },
             rays: counters.rays,
-            shadow_rays: counters.shadow_rays,
+            shadow_rays: counters.shadow.rays,
             medium_scatterings: counters.medium_scatterings,
             stuck_paths: counters.stuck_paths,
+            stuck_shadow_rays: counters.shadow.stuck,
+            leaked_paths: counters.leaked_paths,
+            mismatched_media: counters.mismatched(),
             bad_samples: report.bad_samples,
             first_bad_sample: report
                 .first_bad_sample
@@ -301,7 +307,8 @@ impl RenderFacts {
         format!(
             "  samples    {} ({:.0} per second), of which bad {}\n  \
                rays       {} for surfaces, {} for light\n  \
-               events     {} scatterings in media, {} paths given up",
+               events     {} scatterings in media, {} paths and {} shadow rays given up, {} paths leaked\n  \
+               media      {} boundaries crossed from a medium they do not border on",
             self.samples,
             self.samples_per_second,
             self.bad_samples,
@@ -309,6 +316,9 @@ impl RenderFacts {
             self.shadow_rays,
             self.medium_scatterings,
             self.stuck_paths,
+            self.stuck_shadow_rays,
+            self.leaked_paths,
+            self.mismatched_media,
         )
     }
 }

@@ -17,12 +17,13 @@ use super::output::{Output, Place};
 use super::plan::{Input, Plan, Task};
 use super::progress::Bar;
 use super::report::{Finding, JobReport, PictureReport, RenderFacts, Report};
-use super::resources;
+use super::{resources, trace};
 use crate::compile::{Compiled, compile};
 use crate::describe::describe;
 use crate::describe::description::Frame;
 use crate::image::Image;
 use crate::image::codec::{Attribute, Precision};
+use crate::integrator::Counters;
 use crate::integrator::bdpt::Strategy;
 use crate::render::{Progress, Rendered, Unwatched, render};
 
@@ -46,6 +47,8 @@ pub(super) struct Session<'a> {
 /// A picture ready to be rendered.
 struct Picture {
     compiled: Compiled,
+    /// Where the scene names its integrator.
+    integrator: Span,
     /// `None` if it is only checked.
     output: Option<Outputs>,
     report: PictureReport,
@@ -67,6 +70,7 @@ impl<'a> Session<'a> {
             Task::Render => "render",
             Task::Check => "check",
             Task::Cat => "cat",
+            Task::Trace { .. } => "trace",
         };
         Self {
             plan,
@@ -179,7 +183,7 @@ impl<'a> Session<'a> {
 
     /// Builds a picture and makes sure that it can be rendered and written. `None` if not; the report then says so.
     fn compile(&mut self, frame: Frame) -> Option<Picture> {
-        let film = frame.film.span;
+        let (film, integrator) = (frame.film.span, frame.integrator.kind.span);
         let given = |name, class| {
             let param = frame.film.params.get(name, class);
             param.map(|param| param.value_span)
@@ -207,7 +211,7 @@ impl<'a> Session<'a> {
             self.fit_in_memory(&compiled, film).ok()?;
             let output = match self.plan.task {
                 Task::Render => Some(self.outputs(&compiled, film, film_filename).ok()?),
-                Task::Check | Task::Cat => None,
+                Task::Check | Task::Cat | Task::Trace { .. } => None,
             };
             Some((compiled, output))
         });
@@ -218,6 +222,7 @@ impl<'a> Session<'a> {
         };
         Some(Picture {
             compiled,
+            integrator,
             output,
             report,
         })
@@ -360,6 +365,7 @@ impl<'a> Session<'a> {
         }
         let Picture {
             compiled,
+            integrator,
             output,
             mut report,
         } = picture;
@@ -368,11 +374,57 @@ impl<'a> Session<'a> {
             if let Some(job) = &report.job {
                 self.console.detail(&job.text());
             }
+            if let Task::Trace { pixel, sample } = self.plan.task {
+                self.trace(&compiled, integrator, pixel, sample, &mut report);
+            }
             if let Some(output) = output {
                 self.render(&compiled, output, &mut report);
             }
         });
         self.add(report);
+    }
+
+    /// Follows one path and prints what happens to it.
+    fn trace(
+        &mut self,
+        compiled: &Compiled,
+        integrator: Span,
+        pixel: [i32; 2],
+        sample: u32,
+        report: &mut PictureReport,
+    ) {
+        let job = &compiled.job;
+        let ([x, y], spp) = (pixel, job.spp);
+        let why = if !job.integrator.is_observable() {
+            let name = compiled.integrator;
+            Some(format!(
+                "\"{name}\" cannot tell what happens along its paths"
+            ))
+        } else if sample >= spp {
+            Some(format!(
+                "there is no sample {sample} among {spp}, counted from 0"
+            ))
+        } else if !job.film.is_sampled(pixel) {
+            let [width, height] = job.film.resolution;
+            let frame = format!("a frame of {width} x {height}");
+            Some(format!("no sample of pixel ({x}, {y}) counts in {frame}"))
+        } else {
+            None
+        };
+        if let Some(why) = why {
+            self.stop("no-trace", Some(integrator), why);
+            report.outcome = Outcome::Failed;
+            return;
+        }
+        let (text, is_good) = trace::follow(compiled, pixel, sample);
+        if !is_good {
+            report.outcome = report.outcome.max(Outcome::LostSamples);
+        }
+        if let Err(error) = console::print(&text) {
+            let why = format!("cannot write to standard output: {}", reason(&error));
+            self.stop("unwritable-output", None, why);
+            report.outcome = Outcome::Failed;
+        }
     }
 
     fn render(&mut self, compiled: &Compiled, outputs: Outputs, report: &mut PictureReport) {
@@ -400,9 +452,10 @@ impl<'a> Session<'a> {
                 message,
             ));
         }
-        let lost = self.lost_samples(&name, &rendered);
+        self.tell_of_media(&name, &rendered.report.counters);
+        let lost = self.lost_samples(&name, compiled, &rendered);
         report.outcome = report.outcome.max(lost);
-        if rendered.report.cancelled {
+        if self.interrupt.is_wanted() && rendered.report.cancelled {
             report.outcome = Outcome::Interrupted;
         }
         let incomplete = match report.outcome {
@@ -457,15 +510,18 @@ impl<'a> Session<'a> {
     }
 
     /// Reports samples that are missing from a picture.
-    fn lost_samples(&mut self, name: &str, rendered: &Rendered) -> Outcome {
+    fn lost_samples(&mut self, name: &str, compiled: &Compiled, rendered: &Rendered) -> Outcome {
         let Rendered {
             report,
             image,
             strategies,
         } = rendered;
+        let plan = self.plan;
         let mut outcome = Outcome::Complete;
-        let mut lost = |code, message| {
-            self.tell(Diagnostic::new(Severity::Error, code, None, message));
+        let mut lost = |code, message, help: Option<String>| {
+            let mut diagnostic = Diagnostic::new(Severity::Error, code, None, message);
+            diagnostic.help = help;
+            self.tell(diagnostic);
             outcome = Outcome::LostSamples;
         };
         if report.bad_samples > 0 {
@@ -478,22 +534,56 @@ impl<'a> Session<'a> {
                 report.samples,
                 first.unwrap_or_default()
             );
-            lost("bad-samples", message);
+            let command = report
+                .first_bad_sample
+                .filter(|_| compiled.job.integrator.is_observable())
+                .map(|(pixel, sample)| plan.replay_command(pixel, sample));
+            let help = command.map(|command| format!("to see how it comes about: {command}"));
+            lost("bad-samples", message, help);
         }
         let n_stuck = report.counters.stuck_paths;
         if n_stuck > 0 {
             let message =
                 format!("{n_stuck} paths of {name} never left a null surface and were given up");
-            lost("stuck-paths", message);
+            lost("stuck-paths", message, None);
+        }
+        let n_stuck = report.counters.shadow.stuck;
+        if n_stuck > 0 {
+            let message = format!(
+                "{n_stuck} rays toward lights of {name} never left a null surface and count as shadow"
+            );
+            lost("stuck-shadow-rays", message, None);
         }
         // Finite samples can still exceed single precision after the film's scale.
         let values = strategies.iter().chain([image]).flat_map(Image::data);
         let n_overflown = values.filter(|c| !c.is_finite()).count();
         if n_overflown > 0 {
             let message = format!("{n_overflown} numbers of {name} are not finite");
-            lost("bad-pixels", message);
+            lost("bad-pixels", message, None);
         }
         outcome
+    }
+
+    /// Reports boundaries of media that contradict each other. The picture is that of the declarations.
+    fn tell_of_media(&mut self, name: &str, counters: &Counters) {
+        let mut warn = |code, message| {
+            self.tell(Diagnostic::new(Severity::Warning, code, None, message));
+        };
+        let n_mismatched = counters.mismatched();
+        if n_mismatched > 0 {
+            let message = format!(
+                "{n_mismatched} boundaries in {name} were crossed from a medium that they do not border on: media \
+                 overlap, or the one around the camera is declared wrongly"
+            );
+            warn("mismatched-media", message);
+        }
+        let n_leaked = counters.leaked_paths;
+        if n_leaked > 0 {
+            let message = format!(
+                "{n_leaked} rays of {name} left the scene in a medium that has boundaries: one is open"
+            );
+            warn("leaked-paths", message);
+        }
     }
 
     /// Closes the books on a picture.

@@ -82,6 +82,8 @@ pub(super) struct Builders<'a> {
     pub(super) textures: TextureBuilder<'a>,
     pub(super) media: Media<'a>,
     pub(super) assets: &'a dyn Assets,
+    /// Shadow masks matter to the integrator.
+    pub(super) heeds_shadow_masks: bool,
 }
 
 /// Reads all shapes that the picture may show, in parallel; findings come in file order.
@@ -259,6 +261,9 @@ impl Loaded {
             let surface = builders.surface(shape, frame, &mut area_lights, diagnostics);
             if surface.emission.is_some() {
                 warn_of_bias(shape, &surface, diagnostics);
+            }
+            if builders.heeds_shadow_masks && surface.cutout.shadow_alpha.is_some() {
+                warn_of_half_shadow(shape, diagnostics);
             }
             surface
         };
@@ -606,9 +611,22 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
             }
         }
     }
+    if surface.cutout.alpha.is_some() {
+        warn("what its alpha mask cuts out lights others all the same");
+    }
     if !surface.material.is_some() {
         warn("it leaves out half of the light of surfaces without a material");
     }
+}
+
+/// Says that only half of pbrt-v3's light sampling passes what casts no shadow.
+fn warn_of_half_shadow(shape: &LocalShape, diagnostics: &mut Diagnostics) {
+    let message = "pbrt-v3 renders the shadow of this shape biased: light that is found by chance \
+                   stops where its shadow mask lets sampled light pass";
+    diagnostics.push(
+        Diagnostic::warning("biased-in-pbrt", shape.entity.entity.span, message)
+            .with_label("both pass here"),
+    );
 }
 
 fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diagnostics) {

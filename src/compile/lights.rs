@@ -12,7 +12,7 @@ use crate::compile::space::{self, RenderSpace};
 use crate::compile::textures::read_image;
 use crate::compile::{lookup, spectra};
 use crate::describe::description::{Entity, Frame, LightEntity};
-use crate::ids::MediumId;
+use crate::ids::{LightId, MediumId};
 use crate::image::Image;
 use crate::image::mip::Wrap;
 use crate::image::repair::Samples;
@@ -24,7 +24,7 @@ use crate::math::{Point3, Transform, Vec3};
 use crate::spectrum::Rgb;
 use crate::world::WorldParts;
 
-/// Adds the lights of a frame. Black ones are left out, unless a map could not be used.
+/// Adds the lights of a frame, and says where they stand in it. Black ones are left out, unless a map could not be used.
 pub(super) fn build(
     frame: &Frame,
     space: &RenderSpace,
@@ -32,7 +32,8 @@ pub(super) fn build(
     media: &mut Media,
     parts: &mut WorldParts,
     diagnostics: &mut Diagnostics,
-) {
+) -> Vec<(LightId, Span)> {
+    let mut places = Vec::new();
     for entity in &frame.lights {
         let Some(light) = light(entity, space, assets, diagnostics) else {
             continue;
@@ -41,6 +42,7 @@ pub(super) fn build(
             Light::Infinite(_) => n_samples(Family::Light, &entity.entity, diagnostics),
             _ => 1,
         };
+        places.push((LightId::new(parts.lights.len()), entity.entity.span));
         parts.lights.push(light);
         parts.light_samples.resize(parts.lights.len(), n_samples);
         let medium = entity
@@ -48,6 +50,7 @@ pub(super) fn build(
             .map_or(MediumId::NONE, |medium| media.id(medium, diagnostics));
         parts.light_media.resize(parts.lights.len(), medium);
     }
+    places
 }
 
 /// `name` times `scale`. `None` for a light without any positive channel, and, with an error, for one that is not

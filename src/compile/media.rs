@@ -19,6 +19,7 @@ use crate::spectrum::Rgb;
 /// The media of a frame on their way into the world.
 pub(super) struct Media<'a> {
     entities: Vec<Option<MediumEntity>>,
+    names: Vec<String>,
     /// `None` until something refers to it.
     ids: Vec<Option<MediumId>>,
     built: Vec<Medium>,
@@ -37,13 +38,13 @@ impl<'a> Media<'a> {
         assets: &'a dyn Assets,
         needed: bool,
     ) -> Self {
-        let entities: Vec<_> = std::mem::take(&mut frame.media)
-            .into_iter()
-            .map(Some)
-            .collect();
+        let entities = std::mem::take(&mut frame.media);
+        let names = entities.iter().map(|m| m.name.value.clone()).collect();
+        let entities: Vec<_> = entities.into_iter().map(Some).collect();
         let ids = vec![None; entities.len()];
         Self {
             entities,
+            names,
             ids,
             built: Vec::new(),
             space: *space,
@@ -86,8 +87,15 @@ impl<'a> Media<'a> {
         self.ids.iter().filter(|id| id.is_none()).count()
     }
 
-    pub(super) fn finish(self) -> Vec<Medium> {
-        self.built
+    /// The media and their names.
+    pub(super) fn finish(self) -> (Vec<Medium>, Vec<String>) {
+        let mut names = vec![String::new(); self.built.len()];
+        for (name, id) in self.names.into_iter().zip(self.ids) {
+            if let Some(id) = id.filter(|id| id.is_some()) {
+                names[id.index()] = name;
+            }
+        }
+        (self.built, names)
     }
 
     fn build(&self, mut medium: MediumEntity, diagnostics: &mut Diagnostics) -> Option<Medium> {

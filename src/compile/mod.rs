@@ -16,6 +16,7 @@ pub mod reader;
 mod shapes;
 mod space;
 mod spectra;
+mod surroundings;
 mod textures;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -26,6 +27,7 @@ use crate::describe::description::Frame;
 use crate::ids::MediumId;
 use crate::image::PixelRect;
 use crate::integrator::Integrator;
+use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
@@ -48,6 +50,10 @@ pub struct CompileOptions {
 pub struct Compiled {
     /// What to render.
     pub job: Job,
+    /// The way back from render space, in which the job is.
+    pub world_from_render: Transform,
+    /// Names of the job's media.
+    pub medium_names: Vec<String>,
     /// The film's file name as written, relative to the working directory.
     pub filename: String,
     /// The full frame; the picture is its crop window.
@@ -105,6 +111,10 @@ fn build(
         textures: textures::TextureBuilder::new(frame, &space, assets),
         materials: materials::MaterialBuilder::new(frame, &space),
         assets,
+        heeds_shadow_masks: matches!(
+            integrator.integrator,
+            Integrator::Path(_) | Integrator::Direct(_) | Integrator::Sppm(_)
+        ),
     };
     let mut parts = WorldParts {
         light_strategy: integrator.light_strategy,
@@ -116,7 +126,7 @@ fn build(
         Some(medium) => builders.media.id(medium, diagnostics),
         None => MediumId::NONE,
     };
-    lights::build(
+    let lights = lights::build(
         frame,
         &space,
         assets,
@@ -147,7 +157,8 @@ fn build(
     parts.materials = materials.finish(diagnostics);
     parts.textures = textures.finish();
     let ignores_media = media.is_ignored();
-    parts.media = media.finish();
+    let (media, medium_names) = media.finish();
+    parts.media = media;
     let kind = &frame.integrator.kind;
     let name = integrator.name;
     let mut warn_of_ignored = |what: &str, instead: &str| {
@@ -184,8 +195,15 @@ fn build(
         pixel_centers: samples.pixel_centers,
         sampler: samples.sampler,
     };
+    let places = surroundings::Places {
+        camera: frame.camera.entity.span,
+        lights,
+    };
+    surroundings::check(&job, &medium_names, &places, diagnostics);
     Some(Compiled {
         job,
+        world_from_render: space.world_from_render(),
+        medium_names,
         filename: film.filename,
         frame: film.frame,
         integrator: integrator.name,

@@ -73,10 +73,12 @@ pub(super) fn film(
     if n_pixels > MAX_PIXELS || resolution.iter().any(|&side| side > MAX_SIDE) {
         let [width, height] = resolution;
         let gigabytes = n_pixels as f64 * Film::BYTES_PER_PIXEL as f64 / 1e9;
-        let message = format!("a frame of {width} x {height} pixels is too large");
+        let message = format!(
+            "a frame of {width} x {height} pixels is too large: it would take {gigabytes:.0} GB"
+        );
         diagnostics.push(
             Diagnostic::fatal("too-many-pixels", resolution_span, message)
-                .with_label(format!("the film alone would take {gigabytes:.0} GB"))
+                .with_label("nothing is rendered")
                 .with_help("render crop windows one by one and assemble them"),
         );
         return None;

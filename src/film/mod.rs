@@ -32,7 +32,13 @@ pub struct FilmDesc {
 struct PixelSum {
     rgb: [f64; 3],
     weight: f64,
+    /// Sum of the absolute values of the weights.
+    magnitude: f64,
 }
+
+/// Least part of the absolute weights of a pixel that it is divided by: where weights of both signs nearly cancel, by
+/// chance and with few samples, what they multiply does not, and the pixel would be as bright as one likes.
+const MIN_WEIGHT: f64 = 1e-3;
 
 impl PixelSum {
     fn add(&mut self, other: &Self) {
@@ -40,6 +46,7 @@ impl PixelSum {
             *a += b;
         }
         self.weight += other.weight;
+        self.magnitude += other.magnitude;
     }
 }
 
@@ -79,6 +86,15 @@ impl FilmDesc {
         [0, 1].map(|axis| {
             let half_width = radius[axis].min(0.5);
             pixel[axis] as f64 + 0.5 + (2.0 * u[axis] as f64 - 1.0) * half_width
+        })
+    }
+
+    /// Whether samples of a pixel count in the frame: those beyond it do as far as the filter reaches.
+    pub fn is_sampled(&self, pixel: [i32; 2]) -> bool {
+        let radius = self.filter.radius();
+        (0..2).all(|axis| {
+            let (middle, length) = (pixel[axis] as f64 + 0.5, f64::from(self.resolution[axis]));
+            middle > -radius[axis] && middle < length + radius[axis]
         })
     }
 
@@ -249,11 +265,9 @@ impl Film {
         // Splats are parts of the mean over the frame; each light path stands for as much of it.
         let splat_scale = width * height / self.n_light_paths.max(1) as f64;
         let pixel = |(index, sum): (usize, &PixelSum)| {
-            let inverse = if sum.weight != 0.0 {
-                1.0 / sum.weight
-            } else {
-                0.0
-            };
+            let least = MIN_WEIGHT * sum.magnitude;
+            let weight = sum.weight.abs().max(least).copysign(sum.weight);
+            let inverse = if weight != 0.0 { 1.0 / weight } else { 0.0 };
             let splat = self.splats.get(index).copied().unwrap_or_default();
             [0, 1, 2].map(|channel| {
                 let mean = sum.rgb[channel] * inverse + splat[channel] * splat_scale;
@@ -307,6 +321,7 @@ impl FilmBlock {
                     *sum += c * w;
                 }
                 sum.weight += w;
+                sum.magnitude += w.abs();
             }
         }
     }

@@ -56,7 +56,7 @@ impl AmbientOcclusion {
             };
             let wi = frame.to_world(local);
             let open = spawn_ray(surface.p, surface.p_err, surface.ng, wi, ray.time);
-            counters.shadow_rays += 1;
+            counters.shadow.rays += 1;
             if !world.is_blocked(&open) {
                 sum += f64::from(value);
             }

@@ -98,7 +98,7 @@ impl<'a> LitPoint<'a> {
         if contribution.is_black() {
             return Rgb::BLACK;
         }
-        counters.shadow_rays += 1;
+        counters.shadow.rays += 1;
         if world.is_occluded(&sample) {
             return Rgb::BLACK;
         }

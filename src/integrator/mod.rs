@@ -9,19 +9,21 @@ pub mod mlt;
 pub mod path;
 pub mod sppm;
 pub mod subsurface;
+pub mod trace;
 mod visible;
 
 use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
-use crate::world::{LightStrategy, World};
+use crate::world::{LightStrategy, ShadowTally, World};
 pub use ambient_occlusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
 pub use direct::{Direct, LightSampling};
 pub use mlt::Mlt;
 pub use path::Path;
 pub use sppm::Sppm;
+use trace::{Observer, Unobserved};
 
 /// A light transport algorithm.
 #[derive(Clone, Copy, Debug)]
@@ -47,24 +49,33 @@ pub enum Integrator {
 pub struct Counters {
     /// Rays that looked for the nearest surface.
     pub rays: u64,
-    /// Rays that looked for light.
-    pub shadow_rays: u64,
+    /// On the way to lights.
+    pub shadow: ShadowTally,
     /// Collisions with a medium that scattered.
     pub medium_scatterings: u64,
     /// Paths given up because they crossed more null surfaces in a row than a straight ray can meet.
     pub stuck_paths: u64,
-    /// Paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
+    /// Rays of paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
     pub leaked_paths: u64,
+    /// Null surfaces that paths crossed from a medium they do not border on: 0 unless media overlap, the medium around
+    /// the camera is declared wrongly, or a boundary is open.
+    pub mismatched_media: u64,
 }
 
 impl Counters {
+    /// Null surfaces that anything crossed from a medium they do not border on.
+    pub fn mismatched(&self) -> u64 {
+        self.mismatched_media + self.shadow.mismatched
+    }
+
     /// Adds the counts of another worker.
     pub fn add(&mut self, other: &Self) {
         self.rays += other.rays;
-        self.shadow_rays += other.shadow_rays;
+        self.shadow.add(&other.shadow);
         self.medium_scatterings += other.medium_scatterings;
         self.stuck_paths += other.stuck_paths;
         self.leaked_paths += other.leaked_paths;
+        self.mismatched_media += other.mismatched_media;
     }
 }
 
@@ -78,17 +89,41 @@ impl Integrator {
         sampler: &mut Sampler,
         counters: &mut Counters,
     ) -> Rgb {
+        let nobody = &mut Unobserved;
+        self.li_observed(world, ray, differential, sampler, counters, nobody)
+    }
+
+    /// Whether an observer is told what happens along a path.
+    pub fn is_observable(&self) -> bool {
+        matches!(self, Self::Path(_) | Self::VolPath(_))
+    }
+
+    /// The same radiance, and to the bit; the observer is told how it comes about if the integrator
+    /// [can tell](Self::is_observable).
+    pub fn li_observed(
+        &self,
+        world: &World,
+        ray: Ray,
+        differential: Option<&RayDifferential>,
+        sampler: &mut Sampler,
+        counters: &mut Counters,
+        observer: &mut impl Observer,
+    ) -> Rgb {
         match self {
-            Self::Path(path) => path.li::<false>(world, ray, differential, sampler, counters),
+            Self::Path(path) => {
+                path.li::<false, _>(world, ray, differential, sampler, counters, observer)
+            }
             // Without media, null surfaces and shadow masks the two are the same, and the simpler one is faster.
             Self::VolPath(path)
                 if !world.facts().has_media
                     && !world.facts().has_null_surfaces
                     && !world.facts().has_shadow_holes =>
             {
-                path.li::<false>(world, ray, differential, sampler, counters)
+                path.li::<false, _>(world, ray, differential, sampler, counters, observer)
             }
-            Self::VolPath(path) => path.li::<true>(world, ray, differential, sampler, counters),
+            Self::VolPath(path) => {
+                path.li::<true, _>(world, ray, differential, sampler, counters, observer)
+            }
             Self::Sppm(sppm) => {
                 let path = sppm.camera_path(world, ray, differential, sampler, counters);
                 path.radiance

@@ -12,10 +12,11 @@
 //! found its light; it is not played after a number of bounces, but when little is left.
 
 use crate::camera::RayDifferential;
-use crate::ids::{MaterialId, MediumId};
+use crate::ids::{LightId, MaterialId, MediumId};
 use crate::integrator::Counters;
 use crate::integrator::footprint::texture_context;
 use crate::integrator::subsurface::{Entry, sample_exit};
+use crate::integrator::trace::{Event, Observer};
 use crate::math::error::EPSILON;
 use crate::math::{Frame, Normal3, Ray, Vec3};
 use crate::medium::MediumEvent;
@@ -44,6 +45,10 @@ const ROULETTE_BELOW: f32 = 0.6;
 /// Part of a path's extent within which a collision may touch the wall ahead by rounding, down to grazing angles of
 /// 10⁻⁵.
 const NEAR_WALL: f32 = 1e-2;
+/// Why a path of no throughput ends.
+const NOTHING_LEFT: &str = "nothing is left of it";
+/// Why a path ends that has been followed far enough.
+const AT_MAX_DEPTH: &str = "it has scattered as often as it may";
 
 /// How the current ray came about, for weighing the emission it finds.
 #[derive(Clone, Copy)]
@@ -56,10 +61,11 @@ enum Origin {
     Hidden,
 }
 
-struct State<'a> {
+struct State<'a, O> {
     world: &'a World,
     sampler: &'a mut Sampler,
     counters: &'a mut Counters,
+    observer: &'a mut O,
     /// For loops of unknown length.
     rng: Rng,
     ray: Ray,
@@ -74,20 +80,23 @@ struct State<'a> {
 
 impl Path {
     /// Radiance along a camera ray. `VOLUMETRIC` heeds media and lets light sampling pass null surfaces; without it
-    /// both are as in pbrt-v3's `path`: media do not exist, null surfaces block light sampling.
-    pub fn li<const VOLUMETRIC: bool>(
+    /// both are as in pbrt-v3's `path`: media do not exist, null surfaces block light sampling. `observer` is told
+    /// what happens.
+    pub fn li<const VOLUMETRIC: bool, O: Observer>(
         &self,
         world: &World,
         ray: Ray,
         differential: Option<&RayDifferential>,
         sampler: &mut Sampler,
         counters: &mut Counters,
+        observer: &mut O,
     ) -> Rgb {
         let rng = sampler.stream();
         let mut state = State {
             world,
             sampler,
             counters,
+            observer,
             rng,
             ray,
             medium: if VOLUMETRIC {
@@ -105,62 +114,92 @@ impl Path {
         let mut crossings = 0;
         loop {
             state.counters.rays += 1;
+            state.see(|state| Event::Segment {
+                ray: state.ray,
+                medium: state.medium,
+                beta: state.beta,
+            });
             let hit = world.closest(&state.ray, f32::INFINITY);
 
+            if VOLUMETRIC && hit.is_none() && world.is_bounded(state.medium) {
+                state.counters.leaked_paths += 1;
+            }
             // In a medium the path may scatter before it meets a surface.
             if VOLUMETRIC && state.medium.is_some() {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
                 let medium = world.medium(state.medium);
                 match medium.sample(&state.ray, t_max, state.beta, &mut state.rng) {
-                    MediumEvent::Pass { weight } => state.beta *= weight,
+                    MediumEvent::Pass { weight } => {
+                        state.beta *= weight;
+                        state.see(|_| Event::Passed { weight });
+                    }
                     MediumEvent::Scatter { t, weight } => {
                         // Roulette is about what arrives: the albedo is still to come, as at surfaces.
-                        if state.bounces >= self.max_depth || !self.survives(&mut state) {
+                        if state.bounces >= self.max_depth {
+                            state.end(AT_MAX_DEPTH);
+                            break;
+                        }
+                        if !self.survives(&mut state) {
                             break;
                         }
                         state.beta *= weight;
                         if state.beta.is_black() {
+                            state.end(NOTHING_LEFT);
                             break;
                         }
                         state.counters.medium_scatterings += 1;
                         differential = None;
                         crossings = 0;
                         let t = hit.map_or(t, |hit| stay_inside(world, &state.ray, t, &hit));
+                        state.see(|_| Event::Collided { t, weight });
                         let phase = medium.phase();
                         state.scatter_in_medium(t, phase);
                         continue;
                     }
                 }
                 if state.beta.is_black() {
+                    state.end(NOTHING_LEFT);
                     break;
                 }
             }
 
             let Some(hit) = hit else {
-                if VOLUMETRIC && state.medium.is_some() && world.is_bounded(state.medium) {
-                    state.counters.leaked_paths += 1;
-                }
+                state.see(|_| Event::Left);
                 state.add_environment();
                 break;
             };
             let surface = world.surface(&state.ray, &hit);
+            let material = world.geometry(hit.target.geometry).material;
+            state.see(|_| Event::Met {
+                t: hit.at.t,
+                target: hit.target,
+                instance: hit.instance,
+                p: surface.p,
+                ng: surface.ng,
+                ns: surface.ns,
+                material,
+            });
             state.add_emission(&hit, &surface);
             // A null surface only changes the medium. At the last bounce there is nothing behind it to find, except
             // for the continuation that stands for the second half of the light sampling at the vertex before.
-            let material = world.geometry(hit.target.geometry).material;
             let is_last = state.bounces >= self.max_depth;
             let goes_on = !is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. });
             if !material.is_some() && goes_on {
                 crossings += 1;
                 if crossings > world.max_crossings() {
                     state.counters.stuck_paths += 1;
+                    state.end("it is stuck between null surfaces");
                     break;
                 }
                 state.cross::<VOLUMETRIC>(&hit, &surface);
                 differential = None;
                 continue;
             }
-            if is_last || !self.survives(&mut state) {
+            if is_last {
+                state.end(AT_MAX_DEPTH);
+                break;
+            }
+            if !self.survives(&mut state) {
                 break;
             }
             crossings = 0;
@@ -170,6 +209,7 @@ impl Path {
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
             if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf) {
+                state.end("nothing is scattered any further");
                 break;
             }
             if !VOLUMETRIC && world.facts().has_shadow_holes {
@@ -181,7 +221,7 @@ impl Path {
 
     /// Russian roulette before the path scatters once more; survivors carry the energy of the others.
     #[inline]
-    fn survives(&self, state: &mut State) -> bool {
+    fn survives<O: Observer>(&self, state: &mut State<'_, O>) -> bool {
         let level = ROULETTE_BELOW * self.rr_threshold;
         let carried = (state.beta * state.eta_scale).max_component();
         if !(carried < level) {
@@ -190,14 +230,33 @@ impl Path {
         let p_survive = carried / level;
         // Not a number of the sampler: where paths end is nothing to be stratified.
         if !(state.rng.uniform() < p_survive) {
+            state.end("Russian roulette");
             return false;
         }
         state.beta *= 1.0 / p_survive;
+        state.see(|_| Event::Survived {
+            p_end: 1.0 - p_survive,
+        });
         true
     }
 }
 
-impl State<'_> {
+impl<O: Observer> State<'_, O> {
+    /// Tells the observer.
+    #[inline(always)]
+    fn see(&mut self, event: impl FnOnce(&Self) -> Event) {
+        if O::LOOKS {
+            let event = event(self);
+            self.observer.see(event);
+        }
+    }
+
+    /// Tells the observer why the path ends.
+    #[inline(always)]
+    fn end(&mut self, why: &'static str) {
+        self.see(|_| Event::Ended { why });
+    }
+
     /// Adds the light of the environment to a path that leaves the scene.
     fn add_environment(&mut self) {
         let w = self.ray.d;
@@ -208,7 +267,18 @@ impl State<'_> {
                 .environment_weighted(&at, w, |pdf_light| power_heuristic(pdf_w, pdf_light)),
             Origin::Hidden => return,
         };
-        self.radiance += self.beta * le;
+        self.find(LightId::NONE, le, 1.0);
+    }
+
+    /// Adds light that the path has found.
+    fn find(&mut self, light: LightId, le: Rgb, weight: f32) {
+        let added = self.beta * le * weight;
+        self.radiance += added;
+        self.see(|_| Event::Found {
+            light,
+            radiance: le * weight,
+            added,
+        });
     }
 
     /// Adds the emission of the surface the path has met.
@@ -226,7 +296,7 @@ impl State<'_> {
             }
             Origin::Hidden => return,
         };
-        self.radiance += self.beta * le * weight;
+        self.find(light, le, weight);
     }
 
     /// The second half of the light sampling at the vertex, where it passes surfaces that cast no shadow: the
@@ -256,6 +326,11 @@ impl State<'_> {
     /// Goes on behind a null surface.
     fn cross<const VOLUMETRIC: bool>(&mut self, hit: &Hit, surface: &SurfacePoint) {
         if VOLUMETRIC {
+            let d = self.ray.d;
+            let borders = self
+                .world
+                .borders_on(hit.target, surface.ng, d, self.medium);
+            self.counters.mismatched_media += u64::from(!borders);
             self.medium = self
                 .world
                 .medium_toward(hit.target, surface.ng, self.ray.d, self.medium);
@@ -269,6 +344,9 @@ impl State<'_> {
             self.ray.d,
             self.ray.time,
         );
+        self.see(|state| Event::Crossed {
+            medium: state.medium,
+        });
     }
 
     /// Scatters in the current medium at distance `t`.
@@ -308,6 +386,13 @@ impl State<'_> {
             time: self.ray.time,
         };
         self.bounces += 1;
+        self.see(|state| Event::Scattered {
+            wi,
+            pdf_w: (!phase.is_delta()).then_some(pdf_w),
+            weight: Rgb::ONE,
+            transmitted: None,
+            medium: state.medium,
+        });
     }
 
     /// Scatters at a surface, and below it where the material lets light in. False where the path ends.
@@ -351,6 +436,10 @@ impl State<'_> {
         };
         self.beta *= exit.weight;
         self.eta_scale = eta_scale;
+        self.see(|_| Event::Surfaced {
+            p: exit.surface.p,
+            weight: exit.weight,
+        });
         // Light leaves as from a diffuse surface, whatever way it came.
         let surface = &exit.surface;
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
@@ -422,6 +511,13 @@ impl State<'_> {
             sample.wi,
             self.ray.time,
         );
+        self.see(|state| Event::Scattered {
+            wi: sample.wi,
+            pdf_w: (!sample.specular).then_some(sample.pdf_w),
+            weight: sample.weight,
+            transmitted: Some(sample.transmitted),
+            medium: state.medium,
+        });
         Some(sample.transmitted)
     }
 
@@ -434,19 +530,42 @@ impl State<'_> {
         medium: MediumId,
     ) {
         let contribution = self.beta * f * sample.radiance * (weight / sample.pdf);
-        if contribution.is_black() {
-            return;
+        let mut transmittance = None;
+        if !contribution.is_black() {
+            let tr = self.transmittance::<VOLUMETRIC>(sample, medium);
+            if !tr.is_black() {
+                self.radiance += contribution * tr;
+            }
+            transmittance = Some(tr);
         }
+        self.see(|_| Event::Sampled {
+            wi: sample.wi,
+            radiance: sample.radiance,
+            pdf: sample.pdf,
+            f,
+            weight,
+            transmittance,
+            added: transmittance.map_or(Rgb::BLACK, |tr| contribution * tr),
+        });
+    }
+
+    /// The part of light that was sampled which arrives.
+    #[inline]
+    fn transmittance<const VOLUMETRIC: bool>(
+        &mut self,
+        sample: &LightSample,
+        medium: MediumId,
+    ) -> Rgb {
         if VOLUMETRIC {
-            let n_rays = &mut self.counters.shadow_rays;
-            let tr = self
-                .world
-                .transmittance(sample, medium, &mut self.rng, n_rays);
-            self.radiance += contribution * tr;
+            let tally = &mut self.counters.shadow;
+            self.world
+                .transmittance(sample, medium, &mut self.rng, tally)
         } else {
-            self.counters.shadow_rays += 1;
-            if !self.world.is_occluded(sample) {
-                self.radiance += contribution;
+            self.counters.shadow.rays += 1;
+            if self.world.is_occluded(sample) {
+                Rgb::BLACK
+            } else {
+                Rgb::ONE
             }
         }
     }
@@ -475,6 +594,7 @@ pub(super) fn stay_inside(world: &World, ray: &Ray, t: f32, hit: &Hit) -> f32 {
 mod tests {
     use super::*;
     use crate::ids::{LightId, MaterialId, ObjectId};
+    use crate::integrator::trace::Unobserved;
     use crate::light::{InfiniteLight, Light};
     use crate::math::{Point3, Transform};
     use crate::shape::quadric::{Form, Sphere};
@@ -514,7 +634,14 @@ mod tests {
         };
         let mut counters = Counters::default();
         let mut sampler = Sampler::new(0, [0, 0], 0);
-        let radiance = path.li::<true>(&world, ray, None, &mut sampler, &mut counters);
+        let radiance = path.li::<true, _>(
+            &world,
+            ray,
+            None,
+            &mut sampler,
+            &mut counters,
+            &mut Unobserved,
+        );
         assert_eq!((radiance, counters.stuck_paths), (Rgb::ONE, 0));
     }
 }

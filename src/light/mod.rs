@@ -40,6 +40,19 @@ pub enum Light {
     Area(AreaLight),
 }
 
+impl Light {
+    /// Where it is, if it is a point.
+    pub fn position(&self) -> Option<Point3> {
+        match self {
+            Self::Point(point) => Some(point.p),
+            Self::Spot(spot) => Some(spot.position()),
+            Self::Projection(projection) => Some(projection.position()),
+            Self::Goniometric(goniometric) => Some(goniometric.position()),
+            Self::Distant(_) | Self::Infinite(_) | Self::Area(_) => None,
+        }
+    }
+}
+
 /// Scene-file manual (`LightSource "point"`): `spectrum I` (1) in W/sr, `spectrum scale` (1), `point from`.
 #[derive(Clone, Copy, Debug)]
 pub struct PointLight {

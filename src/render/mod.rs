@@ -16,6 +16,7 @@ use crate::camera::{Camera, CameraRay, CameraSample};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
 use crate::integrator::bdpt::Strategy;
+use crate::integrator::trace::{Observer, Unobserved};
 use crate::integrator::{Counters, Integrator, Mlt};
 use crate::sampler::{Sampler, SamplerKind};
 use crate::spectrum::Rgb;
@@ -159,7 +160,8 @@ struct Schedule {
     report: RenderReport,
 }
 
-/// Renders on the current rayon thread pool. `cancel` stops it between blocks; what is finished then is returned.
+/// Renders on the current rayon thread pool. `cancel` stops it between blocks, and so does a bad sample where the
+/// feature `nan-trap` is built in; what is finished then is returned.
 pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
     if let Integrator::Sppm(sppm) = &job.integrator {
         return sppm::render(job, sppm, progress, cancel);
@@ -267,6 +269,8 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
             report,
         });
         let merged_some = Condvar::new();
+        // Set by the first bad sample where the feature `nan-trap` is built in.
+        let trap = AtomicBool::new(false);
         let n_threads = rayon::current_num_threads();
         let max_pending = n_threads * self.pending_per_thread;
 
@@ -280,7 +284,8 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
                             .wait(schedule)
                             .unwrap_or_else(PoisonError::into_inner);
                     }
-                    if schedule.next >= n_tasks || cancel.load(Ordering::Relaxed) {
+                    let stop = cancel.load(Ordering::Relaxed) || trap.load(Ordering::Relaxed);
+                    if schedule.next >= n_tasks || stop {
                         // Nobody may go on waiting for a merge that will not come.
                         merged_some.notify_all();
                         return;
@@ -295,6 +300,9 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
                 };
                 let result = (self.run)(index);
                 drop(release);
+                if cfg!(feature = "nan-trap") && result.report.bad_samples > 0 {
+                    trap.store(true, Ordering::Relaxed);
+                }
                 let mut schedule = lock(&schedule);
                 schedule.pending.insert(index, result);
                 schedule.merge_ready();
@@ -435,28 +443,69 @@ fn render_sample(
     film: &mut FilmBlock,
     counters: &mut Counters,
 ) -> bool {
+    let taken = take_sample(job, pixel, sample, counters, &mut Unobserved);
+    if taken.is_good() {
+        film.add_sample(&job.film, taken.raster, taken.radiance, taken.weight);
+    }
+    taken.is_good()
+}
+
+/// A sample of a picture.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Taken {
+    /// Where on the film.
+    pub raster: [f64; 2],
+    /// Radiance; black if nothing passes the lens.
+    pub radiance: Rgb,
+    /// What the camera multiplies it by.
+    pub weight: f32,
+}
+
+impl Taken {
+    /// Whether the radiance is one. If not, the sample is left out of the picture.
+    pub fn is_good(&self) -> bool {
+        is_radiance(self.radiance)
+    }
+}
+
+/// Takes one sample of a pixel again, as [`render`] does, and tells the observer how it comes about.
+pub fn retake(job: &Job, pixel: [i32; 2], sample: u32, observer: &mut impl Observer) -> Taken {
+    take_sample(job, pixel, sample, &mut Counters::default(), observer)
+}
+
+fn take_sample(
+    job: &Job,
+    pixel: [i32; 2],
+    sample: u32,
+    counters: &mut Counters,
+    observer: &mut impl Observer,
+) -> Taken {
     let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
     let camera_sample = camera_sample(job, pixel, &mut sampler);
     let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
         // Nothing passes the lens here: black, and as much a sample as any other.
-        film.add_sample(&job.film, camera_sample.raster, Rgb::BLACK, 1.0);
-        return true;
+        return Taken {
+            raster: camera_sample.raster,
+            radiance: Rgb::BLACK,
+            weight: 1.0,
+        };
     };
     let differential = job.world.facts().needs_footprint.then(|| {
         // The footprint shrinks with the number of samples, as in pbrt-v3.
         job.camera
             .differential(&camera_sample, 1.0 / f64::from(job.spp).sqrt())
     });
-    let radiance = job.integrator.li(
+    let radiance = job.integrator.li_observed(
         &job.world,
         ray,
         differential.flatten().as_ref(),
         &mut sampler,
         counters,
+        observer,
     );
-    let is_good = is_radiance(radiance);
-    if is_good {
-        film.add_sample(&job.film, camera_sample.raster, radiance, weight);
+    Taken {
+        raster: camera_sample.raster,
+        radiance,
+        weight,
     }
-    is_good
 }

@@ -74,7 +74,7 @@ impl World {
             radiance,
             pdf_pos: 1.0,
             pdf_dir,
-            medium: self.medium_around(light),
+            medium: self.light_medium(light),
             is_delta_position: true,
             is_delta_direction: false,
         };
@@ -88,7 +88,7 @@ impl World {
                 radiance,
                 pdf_pos: disk.pdf(),
                 pdf_dir,
-                medium: self.medium_around(light),
+                medium: self.light_medium(light),
                 is_delta_position: false,
                 is_delta_direction: false,
             }
@@ -187,7 +187,7 @@ impl World {
             radiance: area.radiance,
             pdf_pos: at.pdf_area as f32,
             pdf_dir: share * local.z() * FRAC_1_PI,
-            medium: self.medium_toward(target, at.ng, d, self.medium_around(light)),
+            medium: self.medium_toward(target, at.ng, d, self.light_medium(light)),
             is_delta_position: false,
             is_delta_direction: false,
         })
@@ -234,13 +234,14 @@ impl World {
             radiance: area.le(surface.ng, d),
             pdf_pos: (f64::from(cos) / (PI * radius * radius)) as f32,
             pdf_dir: UNIFORM_SPHERE_PDF,
-            medium: self.medium_toward(target, surface.ng, d, self.medium_around(light)),
+            medium: self.medium_toward(target, surface.ng, d, self.light_medium(light)),
             is_delta_position: false,
             is_delta_direction: false,
         })
     }
 
-    fn medium_around(&self, light: LightId) -> MediumId {
+    /// The medium a light is declared to be in.
+    pub fn light_medium(&self, light: LightId) -> MediumId {
         let declared = self.light_media.get(light.index());
         declared.copied().unwrap_or(MediumId::NONE)
     }

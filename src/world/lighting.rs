@@ -10,7 +10,7 @@ use crate::sampling::rng::Rng;
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::world::segment::{Aim, Segment};
-use crate::world::{ElementRef, Hit, World};
+use crate::world::{ElementRef, Hit, ShadowTally, World};
 
 /// A point that receives light: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
@@ -241,15 +241,15 @@ impl World {
     }
 
     /// Unbiased estimate of the part of the light that arrives through media and null surfaces, for a receiver in
-    /// `medium`. Adds the rays it traced to `n_rays`.
+    /// `medium`. What it met is added to `tally`.
     pub fn transmittance(
         &self,
         sample: &LightSample,
         medium: MediumId,
         rng: &mut Rng,
-        n_rays: &mut u64,
+        tally: &mut ShadowTally,
     ) -> Rgb {
-        self.transmittance_along(&sample.shadow, medium, rng, n_rays)
+        self.transmittance_along(&sample.shadow, medium, rng, tally)
     }
 
     /// Emission toward `wo` of the surface hit, if it is a light: the light and the radiance.

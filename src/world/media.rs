@@ -1,11 +1,38 @@
 //! Which medium a path is in, and how much light passes through media and invisible boundaries.
 
+use glam::DVec3;
+
 use crate::ids::MediumId;
-use crate::math::{Normal3, Vec3};
+use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::rng::Rng;
 use crate::shape::ElementHit;
 use crate::spectrum::Rgb;
 use crate::world::{ElementRef, Hit, Segment, World, spawn_ray};
+
+/// Directions in which the surroundings of a point are looked at.
+const N_LOOKS: u32 = 64;
+/// Most surfaces passed on the way to a boundary.
+const MAX_LOOK: usize = 1 << 12;
+
+/// What was met on the way to lights, counted by whoever traces.
+#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+pub struct ShadowTally {
+    /// Rays traced.
+    pub rays: u64,
+    /// Segments given up, and counted as black, because they crossed more null surfaces than a straight ray can meet.
+    pub stuck: u64,
+    /// Null surfaces that were crossed from a medium they do not border on.
+    pub mismatched: u64,
+}
+
+impl ShadowTally {
+    /// Adds the counts of another worker.
+    pub fn add(&mut self, other: &Self) {
+        self.rays += other.rays;
+        self.stuck += other.stuck;
+        self.mismatched += other.mismatched;
+    }
+}
 
 /// The media on the two sides of a surface.
 #[derive(Clone, Copy, PartialEq, Eq, Debug)]
@@ -31,7 +58,7 @@ impl MediumInterface {
 impl World {
     /// Whether surfaces declare the medium only inside: then it ends everywhere.
     pub fn is_bounded(&self, medium: MediumId) -> bool {
-        self.bounded_media[medium.index()]
+        medium.is_some() && self.bounded_media[medium.index()]
     }
 
     /// The medium behind a surface of the given element toward `w`, for a path that came from `current`.
@@ -49,14 +76,59 @@ impl World {
         }
     }
 
+    /// Whether a surface of normal `ng`, met by a ray in direction `d`, is no boundary, or borders on the medium
+    /// `current` on the near side. It does not where media overlap, the medium around the camera is declared wrongly,
+    /// or a boundary is open.
+    #[inline]
+    pub fn borders_on(&self, target: ElementRef, ng: Normal3, d: Vec3, current: MediumId) -> bool {
+        self.geometry(target.geometry)
+            .media
+            .as_ref()
+            .is_none_or(|interface| interface.toward(ng, -d) == current)
+    }
+
+    /// The medium that the boundaries around a point say it is in: what most of the rays from there that meet a
+    /// boundary meet it from. `None` if they meet none, or say nothing with one voice.
+    pub fn surroundings(&self, p: Point3, time: f32) -> Option<MediumId> {
+        let mut said: Vec<MediumId> = (0..N_LOOKS)
+            .filter_map(|i| {
+                // A spiral of even density (Swinbank and Purser 2006).
+                let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
+                let z = (2.0 * f64::from(i) + 1.0) / f64::from(N_LOOKS) - 1.0;
+                let (sin, cos) = (f64::from(i) * golden_angle).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                let d = Vec3::from_f64(DVec3::new(r * cos, r * sin, z));
+                self.medium_before_boundary(Ray { o: p, d, time })
+            })
+            .collect();
+        let n_said = said.len();
+        said.sort_unstable();
+        said.chunk_by(|a, b| a == b)
+            .find(|votes| 2 * votes.len() > n_said)
+            .map(|votes| votes[0])
+    }
+
+    /// The medium on the near side of the first boundary that a ray meets.
+    fn medium_before_boundary(&self, mut ray: Ray) -> Option<MediumId> {
+        for _ in 0..=self.max_crossings().min(MAX_LOOK) {
+            let hit = self.closest(&ray, f32::INFINITY)?;
+            let surface = self.surface(&ray, &hit);
+            if let Some(interface) = &self.geometry(hit.target.geometry).media {
+                return Some(interface.toward(surface.ng, -ray.d));
+            }
+            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+        }
+        None
+    }
+
     /// Unbiased estimate of the light that passes along a segment that starts in `medium`: through media and null
-    /// surfaces, not through anything else. Adds the rays it traced to `n_rays`.
+    /// surfaces, not through anything else. What it met is added to `tally`.
     pub fn transmittance_along(
         &self,
         segment: &Segment,
         mut medium: MediumId,
         rng: &mut Rng,
-        n_rays: &mut u64,
+        tally: &mut ShadowTally,
     ) -> Rgb {
         let Segment {
             mut ray, mut t_max, ..
@@ -66,7 +138,7 @@ impl World {
         let target = t_max.is_finite().then(|| ray.at(t_max));
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
-            *n_rays += 1;
+            tally.rays += 1;
             let hit = self.closest_where(&ray, t_max, |hit| {
                 let t = travelled + hit.at.t;
                 let from_start = Hit {
@@ -93,6 +165,8 @@ impl World {
             }
             let Some(hit) = hit else { return tr };
             let surface = self.surface(&ray, &hit);
+            let borders = self.borders_on(hit.target, surface.ng, ray.d, medium);
+            tally.mismatched += u64::from(!borders);
             medium = self.medium_toward(hit.target, surface.ng, ray.d, medium);
             ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
             travelled += hit.at.t;
@@ -107,6 +181,7 @@ impl World {
                 ray.d = to_target / t_max;
             }
         }
+        tally.stuck += 1;
         Rgb::BLACK
     }
 }

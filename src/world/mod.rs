@@ -24,7 +24,7 @@ pub use cutout::Cutout;
 pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
 pub use lighting::{LightSample, Receiver};
-pub use media::MediumInterface;
+pub use media::{MediumInterface, ShadowTally};
 pub use segment::{Aim, Segment};
 use selection::LightSelection;
 pub use selection::LightStrategy;

@@ -145,7 +145,7 @@ fn pictures_beyond_the_machine_are_refused_with_the_memory_they_need() {
     let film = "\"integer xresolution\" 64 \"integer yresolution\" 48";
     room.put("ball.pbrt", &ball(film, size));
     let run = room.run("ball.pbrt").ends_with(1);
-    run.says("the film alone would take 128000000000 GB");
+    run.says("it would take 160000000000 GB");
 }
 
 #[test]
@@ -175,6 +175,7 @@ fn bad_samples_are_reported_and_change_the_exit_status() {
         "error[bad-samples]: 256 of 256 samples of lossy.exr are not finite or negative and were left \
          out; the first is sample 0 of pixel (0, 0)\n",
     )
+    .says("to see how it comes about: tyndall lossy.pbrt --pixel 0,0 --sample 0\n")
     .says("tyndall: 1 error; samples were lost (exit status 4)\n");
     let report: serde_json::Value = serde_json::from_slice(&room.read("lossy.json")).expect("JSON");
     let render = &report["pictures"][0]["render"];

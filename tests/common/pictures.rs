@@ -69,6 +69,15 @@ pub(crate) fn render_text_seeds(
             );
             assert_eq!(rendered.report.counters.stuck_paths, 0, "stuck paths");
             assert_eq!(rendered.report.counters.leaked_paths, 0, "leaked paths");
+            assert_eq!(
+                rendered.report.counters.shadow.stuck, 0,
+                "stuck rays toward lights"
+            );
+            assert_eq!(
+                rendered.report.counters.mismatched(),
+                0,
+                "boundaries met from another medium"
+            );
             match window {
                 Some(window) => rendered
                     .image

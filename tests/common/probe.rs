@@ -60,6 +60,13 @@ impl Probe {
             })
             .collect();
         assert_eq!(counters.stuck_paths, 0, "paths are stuck");
+        assert_eq!(counters.shadow.stuck, 0, "rays toward lights are stuck");
+        assert_eq!(counters.leaked_paths, 0, "paths have left a bounded medium");
+        assert_eq!(
+            counters.mismatched(),
+            0,
+            "paths meet boundaries from a medium they do not border on"
+        );
         samples
     }
 

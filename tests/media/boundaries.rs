@@ -134,12 +134,12 @@ impl Nest {
             slabs += &homogeneous(&format!("m{i}"), *sigma, NOTHING, 0.0);
         }
         // m0 holds m1 and m2; heights 1.0, 0.4 and 0.2.
-        let wide = |z0: f64, z1: f64, inside: &str, outside: &str| {
-            null_box([-400.0, -400.0, z0], [400.0, 400.0, z1], inside, outside)
+        let wide = |side: f64, z0: f64, z1: f64, inside: &str, outside: &str| {
+            null_box([-side, -side, z0], [side, side, z1], inside, outside)
         };
-        slabs += &wide(1.0, 2.6, "m0", "");
-        slabs += &wide(1.2, 1.6, "m1", "m0");
-        slabs += &wide(1.9, 2.1, "m2", "m0");
+        slabs += &wide(400.0, 1.0, 2.6, "m0", "");
+        slabs += &wide(390.0, 1.2, 1.6, "m1", "m0");
+        slabs += &wide(390.0, 1.9, 2.1, "m2", "m0");
         Self { slabs, sigma }
     }
 
@@ -270,7 +270,8 @@ fn grids_in_the_way_of_light_sampling_dim_by_their_column() {
     let nebula = Nebula::ragged([3, 4, 5], [-1.0, -1.0, 1.0], [1.5, 1.5, 2.5]);
     let sigma = [0.4, 1.0, 2.0];
     let [x, y, _] = RECEIVER;
-    let world = nebula.medium("fog", sigma, NOTHING, 0.0)
+    // Next to nothing is scattered, so that the grid is tracked and not integrated.
+    let world = nebula.medium("fog", sigma, [1e-7; 3], 0.0)
         + &null_box([-1.1, -1.1, 0.9], [1.6, 1.6, 2.6], "fog", "")
         + FLOOR
         + &format!(

@@ -197,7 +197,7 @@ fn v02_light_sampling_meets_the_sky_behind_two_radii_of_boundless_fog_and_nothin
         let scene = volpath(5, [0.0; 3], AHEAD, &world);
         assert_exact(&scene, [lit; 3], "a floor in the sun");
     }
-    let world = fog + &environment(WHITE) + floor;
+    let world = fog + &environment(WHITE) + "MediumInterface \"fog\" \"fog\"\n" + floor;
     let scene = volpath(5, [0.0; 3], [0.0, 1.0, 0.0], &world);
     assert_exact(&scene, [0.0; 3], "the sky itself");
 }

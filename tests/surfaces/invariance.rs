@@ -20,6 +20,8 @@ fn picture(scene: &str, film: &str, options: &CompileOptions) -> Image {
     let rendered = render(&job, &Unwatched, &AtomicBool::new(false));
     assert_eq!(rendered.report.bad_samples, 0);
     assert_eq!(rendered.report.counters.stuck_paths, 0);
+    assert_eq!(rendered.report.counters.leaked_paths, 0);
+    assert_eq!(rendered.report.counters.mismatched(), 0);
     rendered.image
 }
 

@@ -100,6 +100,17 @@ impl<'a> TextureBuilder<'a> {
         default: f32,
         diagnostics: &mut Diagnostics,
     ) -> SpectrumSource {
+        // Spectra may leave the gamut; who writes a colour with a negative part means something else.
+        if let Textured::Constant(constant) = &value
+            && let SpectrumValue::Rgb(rgb) = constant.value
+            && rgb.iter().any(|c| *c < 0.0)
+        {
+            let message = "a colour with a negative part reflects nothing there";
+            diagnostics.push(
+                Diagnostic::warning("negative-colour", constant.span, message)
+                    .with_label("counts as 0"),
+            );
+        }
         self.source(value, Rgb::splat(default), diagnostics)
     }
 

@@ -109,10 +109,10 @@ impl Tracer<'_> {
         if weighted_factor == 0.0 {
             return Contribution::NONE;
         }
-        let n_rays = &mut self.counters.shadow_rays;
+        let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance(&sample, medium, &mut self.rng, n_rays);
+            .transmittance(&sample, medium, &mut self.rng, tally);
         Contribution {
             carried: found * tr,
             factor: 1.0 / pdf,
@@ -154,10 +154,10 @@ impl Tracer<'_> {
         let (Some(segment), true) = (segment, weighted_factor > 0.0) else {
             return Contribution::NONE;
         };
-        let n_rays = &mut self.counters.shadow_rays;
+        let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance_along(&segment, medium, &mut self.rng, n_rays);
+            .transmittance_along(&segment, medium, &mut self.rng, tally);
         Contribution {
             carried: found * tr,
             factor: 1.0 / d.length_squared(),
@@ -206,10 +206,10 @@ impl Tracer<'_> {
         if weighted_factor == 0.0 {
             return None;
         }
-        let n_rays = &mut self.counters.shadow_rays;
+        let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance_along(&segment, medium, &mut self.rng, n_rays);
+            .transmittance_along(&segment, medium, &mut self.rng, tally);
         let found = Contribution {
             carried: found * tr,
             factor: importance,

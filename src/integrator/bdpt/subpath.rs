@@ -148,6 +148,9 @@ impl<'a> Tracer<'a> {
         while !head.beta.is_black() && (head.looks_for_light || path.len() < head.limit) {
             self.counters.rays += 1;
             let hit = world.closest(&head.ray, f32::INFINITY);
+            if hit.is_none() && world.is_bounded(head.medium) {
+                self.counters.leaked_paths += 1;
+            }
             if head.medium.is_some() {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
                 let medium = world.medium(head.medium);
@@ -176,9 +179,6 @@ impl<'a> Tracer<'a> {
                 }
             }
             let Some(hit) = hit else {
-                if head.medium.is_some() && world.is_bounded(head.medium) {
-                    self.counters.leaked_paths += 1;
-                }
                 if head.looks_for_light {
                     self.meet_environment(&head, path.len());
                 }
@@ -195,6 +195,8 @@ impl<'a> Tracer<'a> {
                     self.counters.stuck_paths += 1;
                     return;
                 }
+                let borders = world.borders_on(hit.target, surface.ng, head.ray.d, head.medium);
+                self.counters.mismatched_media += u64::from(!borders);
                 head.medium = world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
                 let d = head.ray.d;
                 head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);

@@ -1,0 +1,15 @@
+//! What must not change a picture, over generated scenes: the unit of length, the place, the orientation, and how a
+//! scene is written down.
+//!
+//! The scenes of the default run are always the same. `cargo test --test invariance -- --ignored` looks at many others;
+//! the environment variable `INVARIANCE_CASES` says how many for each property.
+
+#[path = "../common/seen.rs"]
+mod seen;
+#[path = "../common/solids.rs"]
+mod solids;
+
+mod compared;
+mod media;
+mod scenes;
+mod still;
