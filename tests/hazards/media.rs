@@ -96,7 +96,7 @@ fn v04_overlapping_media_are_those_of_the_boundaries_crossed_last_and_are_counte
         assert!(found.is_empty(), "{found:?}");
         let mut job = job.expect("a job").job;
         job.pixel_centers = true;
-        let Rendered { image, report } = rendered(&job);
+        let Rendered { image, report, .. } = rendered(&job);
         let expected = (-2f32).exp();
         assert!((image.pixel(0, 0)[0] - expected).abs() < 1e-5, "{image:?}");
         // One is entered from the fog of the other, and left from vacuum.
