@@ -194,9 +194,10 @@ impl Subtree {
         }
         let index = self.nodes.len();
         self.nodes.push(Node::EMPTY);
+        let lanes = lanes_of(&parts);
         let base = part.start;
         if part.len < PARALLEL_ITEMS {
-            for (lane, part) in parts.iter().enumerate() {
+            for (part, lane) in parts.iter().zip(lanes) {
                 let child = self.add(&mut items[part.start - base..][..part.len], part, depth + 1);
                 self.nodes[index].set(lane, &part.bounds, child);
             }
@@ -216,7 +217,7 @@ impl Subtree {
                     (part, child, subtree)
                 })
                 .collect();
-            for (lane, (part, child, subtree)) in subtrees.into_iter().enumerate() {
+            for ((part, child, subtree), lane) in subtrees.into_iter().zip(lanes) {
                 let child = self.append(subtree, child);
                 self.nodes[index].set(lane, &part.bounds, child);
             }
@@ -257,6 +258,18 @@ impl Subtree {
         self.slots.append(&mut subtree.slots);
         moved(root)
     }
+}
+
+/// The lanes of parts: the largest come first, as they are the likeliest to be hit, and a search for any hit then ends
+/// the sooner.
+fn lanes_of(parts: &[Part]) -> ArrayVec<usize, N_LANES> {
+    let area = |part: &Part| part.bounds.half_area();
+    let is_before = |i: usize, j: usize| {
+        let order = area(&parts[i]).total_cmp(&area(&parts[j]));
+        order.then(j.cmp(&i)).is_gt()
+    };
+    let n_before = |j| (0..parts.len()).filter(|&i| is_before(i, j)).count();
+    (0..parts.len()).map(n_before).collect()
 }
 
 /// Splits a part into up to eight, in the order of their items; one makes a leaf.
@@ -363,7 +376,7 @@ struct Binning {
 
 impl Binning {
     fn new(part: &Part) -> Self {
-        let n_bins = (4 + part.len / 16).min(MAX_BINS);
+        let n_bins = (4 + part.len / 32).min(MAX_BINS);
         let extent = part.centers.extent();
         let per_unit = Vec3A::splat(n_bins as f32) / extent;
         // Everything falls into the first bin of an axis along which nothing differs.

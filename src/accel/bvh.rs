@@ -155,7 +155,10 @@ impl Bvh {
                             child = node.child(lane);
                             continue;
                         }
-                        child = enter_nearest(node, lane, mask, lanes.store(near), &mut stack);
+                        child =
+                            enter_nearest(node, lane, mask, lanes.store(near), &mut stack, |c| {
+                                self.prefetch(lanes, c)
+                            });
                         continue;
                     }
                 }
@@ -200,6 +203,19 @@ impl Bvh {
     }
 
     #[inline(always)]
+    fn prefetch<L: Lanes>(&self, lanes: L, child: Child) {
+        match child.target() {
+            Target::Node(index) => lanes.prefetch(&self.nodes[index]),
+            Target::Triangles(first, _) => {
+                if let Some(packet) = self.packets.get(first) {
+                    lanes.prefetch(packet);
+                }
+            }
+            Target::Slots(..) => {}
+        }
+    }
+
+    #[inline(always)]
     fn any_with<L: Lanes>(
         &self,
         lanes: L,
@@ -223,12 +239,14 @@ impl Bvh {
                     let node = &self.nodes[index];
                     let (mut mask, _) = boxes.enter(node, reach);
                     if mask != 0 {
-                        let lane = mask.trailing_zeros() as usize;
-                        mask &= mask - 1;
+                        // The last lane first, so that the first one ends on top.
+                        let mut lane = last_lane(mask);
+                        mask ^= 1 << lane;
                         while mask != 0 {
-                            let other = mask.trailing_zeros() as usize;
-                            mask &= mask - 1;
-                            stack.push(node.child(other));
+                            self.prefetch(lanes, node.child(lane));
+                            stack.push(node.child(lane));
+                            lane = last_lane(mask);
+                            mask ^= 1 << lane;
                         }
                         child = node.child(lane);
                         continue;
@@ -266,6 +284,12 @@ impl Bvh {
     }
 }
 
+/// The last lane of a mask that is not empty.
+#[inline(always)]
+fn last_lane(mask: u32) -> usize {
+    (u32::BITS - 1 - mask.leading_zeros()) as usize
+}
+
 /// A child that waits for its turn. Ordered by the distance at which the ray enters it, which is not negative.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Waiting(u64);
@@ -295,6 +319,7 @@ fn enter_nearest(
     mut mask: u32,
     near: [f32; N_LANES],
     stack: &mut ArrayVec<Waiting, STACK>,
+    prefetch: impl Fn(Child),
 ) -> Child {
     let waiting = |lane: usize| Waiting::new(near[lane % N_LANES], node.child(lane));
     let mut nearest = waiting(lane);
@@ -302,6 +327,7 @@ fn enter_nearest(
     while mask != 0 {
         let other = waiting(mask.trailing_zeros() as usize);
         mask &= mask - 1;
+        prefetch(other.child());
         let farther = nearest.max(other);
         nearest = nearest.min(other);
         // Insertion: those behind move up.

@@ -25,6 +25,8 @@ pub(super) trait Lanes: Copy {
     fn le(self, a: Self::Floats, b: Self::Floats) -> u32;
     /// Where a = b.
     fn eq(self, a: Self::Floats, b: Self::Floats) -> u32;
+    /// Asks for memory that will be needed soon.
+    fn prefetch<T>(self, what: &T);
 }
 
 /// For any processor: the compiler makes of it what it can.
@@ -93,11 +95,14 @@ impl Lanes for Portable {
     fn eq(self, a: Self::Floats, b: Self::Floats) -> u32 {
         mask(a, b, |a, b| a == b)
     }
+
+    #[inline(always)]
+    fn prefetch<T>(self, _: &T) {}
 }
 
 #[cfg(target_arch = "x86_64")]
 mod avx2 {
-    use std::arch::x86_64::{__m256, _CMP_EQ_OQ, _CMP_LE_OQ};
+    use std::arch::x86_64::{__m256, _CMP_EQ_OQ, _CMP_LE_OQ, _MM_HINT_T0};
 
     use pulp::x86::V3;
 
@@ -156,6 +161,15 @@ mod avx2 {
         fn eq(self, a: __m256, b: __m256) -> u32 {
             let mask = self.avx._mm256_cmp_ps::<_CMP_EQ_OQ>(a, b);
             self.avx._mm256_movemask_ps(mask) as u32
+        }
+
+        #[inline(always)]
+        fn prefetch<T>(self, what: &T) {
+            let start = std::ptr::from_ref(what).cast::<i8>();
+            for line in (0..size_of::<T>()).step_by(64) {
+                self.sse
+                    ._mm_prefetch::<_MM_HINT_T0>(start.wrapping_add(line));
+            }
         }
     }
 }
