@@ -79,8 +79,8 @@ impl Bvh {
 
     /// The nearest hit in (0, `t_max`); of several at one distance that of the smallest key.
     ///
-    /// `triangle(key, hit)` says whether a triangle counts where it is met. `slot(key, limit, shear)` finds the nearest hit of a slot
-    /// in (0, `limit`). Both are called only for hits that would be the nearest so far.
+    /// `triangle(key, hit)` says what a triangle is where it is met nearer than all before, and nothing if it does not
+    /// count. `slot(key, limit, shear)` finds the nearest hit of a slot in (0, `limit`).
     #[inline]
     pub fn closest<H>(
         &self,
@@ -202,6 +202,7 @@ impl Bvh {
         }
     }
 
+    /// Asks for the memory of a child whose turn will come.
     #[inline(always)]
     fn prefetch<L: Lanes>(&self, lanes: L, child: Child) {
         match child.target() {
