@@ -7,18 +7,18 @@ use tyndall::math::{Bounds3, Point3};
 use tyndall::shape::ply::decode;
 
 /// Three corners.
-pub type Triangle = [[f32; 3]; 3];
+pub(crate) type Triangle = [[f32; 3]; 3];
 
 /// Which mesh.
 #[derive(Clone, Copy, Debug)]
-pub enum Model {
+pub(crate) enum Model {
     /// A wavy grid of 400 000 triangles.
     Waves,
     /// 0.8 million triangles in 114 files.
     BmwM6,
 }
 
-pub const MODELS: [Model; 2] = [Model::Waves, Model::BmwM6];
+pub(crate) const MODELS: [Model; 2] = [Model::Waves, Model::BmwM6];
 
 impl Display for Model {
     fn fmt(&self, f: &mut Formatter<'_>) -> std::fmt::Result {
@@ -31,7 +31,7 @@ impl Display for Model {
 
 impl Model {
     /// Its triangles; none where the files are missing.
-    pub fn triangles(self) -> Vec<Triangle> {
+    pub(crate) fn triangles(self) -> Vec<Triangle> {
         match self {
             Self::Waves => waves(447),
             Self::BmwM6 => bmw_m6(),
@@ -75,7 +75,7 @@ fn bmw_m6() -> Vec<Triangle> {
 }
 
 /// The hierarchy over triangles.
-pub fn hierarchy(triangles: &[Triangle]) -> Bvh {
+pub(crate) fn hierarchy(triangles: &[Triangle]) -> Bvh {
     let item = |(triangle, i): (&Triangle, u32)| {
         let corners = triangle.iter().map(|&p| Point3::from(p));
         let bounds = corners.fold(Bounds3::EMPTY, Bounds3::with_point);

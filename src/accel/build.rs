@@ -3,7 +3,9 @@
 
 use arrayvec::ArrayVec;
 use glam::{Vec3A, Vec4};
-use rayon::prelude::*;
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
+};
 
 use crate::accel::lanes::N_LANES;
 use crate::accel::node::{Child, Key, Node, Packet, Target};

@@ -1,7 +1,9 @@
 //! What the hierarchies of the world are built over: triangles of meshes, and slots for everything else. Keys are the
 //! geometry and the element, so that of two surfaces in one place the one declared first is seen.
 
-use rayon::prelude::*;
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelIterator, ParallelExtend, ParallelIterator,
+};
 
 use crate::accel::{Bvh, Item, Key};
 use crate::ids::{GeometryId, InstanceId};
