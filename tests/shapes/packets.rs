@@ -33,7 +33,7 @@ fn the_hierarchy_does_not_depend_on_the_number_of_threads() {
     let item = |i: u32| {
         let mut point = || direction(&mut random).as_vec3().to_array();
         let a = point();
-        let b = [0, 1, 2].map(|k| a[k] + 0.02 * point()[k]);
+        let b = [0, 1, 2].map(|k| a[k] + 0.05 * point()[k]);
         Item::slot(&box_around(&[a, b]), [0, i])
     };
     let items: Vec<Item> = (0..60_000).map(item).collect();
@@ -44,12 +44,13 @@ fn the_hierarchy_does_not_depend_on_the_number_of_threads() {
     });
     let mut n_visited = 0;
     for _ in 0..300 {
-        let ray = ray(direction(&mut random) * 3.0, direction(&mut random));
+        let o = direction(&mut random) * 3.0;
+        let ray = ray(o, direction(&mut random) * 0.8 - o);
         let keys = visited(&one, &ray);
         n_visited += keys.len();
         assert_eq!(keys, visited(&three, &ray), "{ray:?}");
     }
-    assert!(n_visited > 1000, "{n_visited}");
+    assert!(n_visited > 300, "{n_visited}");
 }
 
 #[test]
