@@ -1,116 +1,75 @@
 //! The hierarchy and its traversal.
+//!
+//! A node holds eight boxes, a leaf packets of eight triangles; one pass of SIMD instructions decides about all
+//! (Wald, Benthin, Boulos 2008, *Getting rid of packets*). Triangles that pass are tested again one by one, so that
+//! what is hit, and where, is decided by [`RayShear::intersect`] alone.
 
-use crate::accel::build;
-use crate::math::error::gamma;
+use arrayvec::ArrayVec;
+
+use crate::accel::build::{self, Built, Item};
+use crate::accel::lanes::{Lanes, Level, N_LANES, Portable};
+use crate::accel::node::{Child, Key, Node, Packet, RayBoxes, RayPackets, STRETCH, Target};
+use crate::accel::{RayShear, TriangleHit};
 use crate::math::{Bounds3, Ray};
 
-/// An inner node: the boxes of its two children side by side, so that one cache line decides where to go.
-#[derive(Clone, Copy, Debug)]
-#[repr(C, align(64))]
-pub(super) struct Node {
-    /// Lower bounds, `[axis][child]`.
-    pub(super) lo: [[f32; 2]; 3],
-    /// Upper bounds, `[axis][child]`.
-    pub(super) hi: [[f32; 2]; 3],
-    /// Node index, or first slot of a leaf.
-    pub(super) child: [u32; 2],
-    /// Number of slots of a leaf; 0 for an inner node.
-    pub(super) count: [u32; 2],
-}
+/// Most nodes that wait during traversal: seven siblings on each level.
+const STACK: usize = 7 * build::MAX_DEPTH + 1;
 
-const _: () = assert!(size_of::<Node>() == 64 && align_of::<Node>() == 64);
-
-impl Node {
-    pub(super) const EMPTY: Self = Self {
-        lo: [[f32::INFINITY; 2]; 3],
-        hi: [[f32::NEG_INFINITY; 2]; 3],
-        child: [0; 2],
-        count: [0; 2],
-    };
-
-    pub(super) fn set_child(&mut self, side: usize, bounds: &Bounds3, child: u32, count: u32) {
-        let (lo, hi) = (bounds.min.0.to_array(), bounds.max.0.to_array());
-        for axis in 0..3 {
-            self.lo[axis][side] = lo[axis];
-            self.hi[axis][side] = hi[axis];
-        }
-        self.child[side] = child;
-        self.count[side] = count;
-    }
-}
-
-/// Deepest hierarchy the builder makes; bounds the traversal stack.
-pub(super) const MAX_DEPTH: usize = 64;
-
-/// A binary bounding volume hierarchy over *slots*: the caller stores its primitives in slot order.
+/// A bounding volume hierarchy over triangles and *slots*, which stand for anything that has a box.
 #[derive(Clone, Debug)]
 pub struct Bvh {
     nodes: Vec<Node>,
+    packets: Vec<Packet>,
+    slots: Vec<Key>,
     bounds: Bounds3,
+    level: Level,
 }
 
-/// What traversal needs of a ray, computed once.
-struct RayBox {
-    o: [f32; 3],
-    inverse_d: [f32; 3],
-    /// The child index (0 or 1 bound) through which the ray enters, per axis: 1 when it travels downward.
-    down: [bool; 3],
+/// The nearest hit so far.
+struct Nearest<H> {
+    /// Only what is nearer than this can still count; just beyond `t` once there is a hit, as a smaller key may lie at
+    /// the same distance.
+    limit: f32,
+    /// How far boxes are looked at: `limit` and a little more, as distances to boxes and to what is in them are rounded
+    /// differently.
+    reach: f32,
+    found: Option<(f32, Key, H)>,
 }
 
-impl RayBox {
-    fn new(ray: &Ray) -> Self {
-        // A component of zero gives ±∞, and 0 · ∞ = NaN exactly when the origin lies in a boundary plane. Every
-        // comparison in `enter` is then false, which leaves that plane out: the ray counts as inside the slab.
-        let inverse_d = ray.d.0.to_array().map(|c| 1.0 / c);
-        Self {
-            o: ray.o.0.to_array(),
-            inverse_d,
-            down: inverse_d.map(|c| c < 0.0),
-        }
+impl<H> Nearest<H> {
+    /// Whether a hit at `t` < `limit` comes before what was found.
+    #[inline(always)]
+    fn is_before(&self, t: f32, key: Key) -> bool {
+        self.found
+            .as_ref()
+            .is_none_or(|(best, best_key, _)| t < *best || t == *best && key < *best_key)
     }
 
-    /// Entry distance into each child; ∞ where it is missed. The far side is widened by the rounding error of
-    /// the slab test, so that no box that is really touched is skipped.
-    #[inline]
-    fn enter(&self, node: &Node, t_max: f32) -> [f32; 2] {
-        let mut near = [0.0f32; 2];
-        let mut far = [t_max; 2];
-        for axis in 0..3 {
-            let (first, second) = if self.down[axis] {
-                (&node.hi[axis], &node.lo[axis])
-            } else {
-                (&node.lo[axis], &node.hi[axis])
-            };
-            for side in 0..2 {
-                let t0 = (first[side] - self.o[axis]) * self.inverse_d[axis];
-                let t1 =
-                    (second[side] - self.o[axis]) * self.inverse_d[axis] * (1.0 + 2.0 * gamma(3));
-                near[side] = if t0 > near[side] { t0 } else { near[side] };
-                far[side] = if t1 < far[side] { t1 } else { far[side] };
-            }
-        }
-        [0, 1].map(|side| {
-            if near[side] <= far[side] {
-                near[side]
-            } else {
-                f32::INFINITY
-            }
-        })
+    #[inline(always)]
+    fn set(&mut self, t: f32, key: Key, hit: H) {
+        self.limit = t.next_up();
+        self.reach = self.limit * STRETCH;
+        self.found = Some((t, key, hit));
     }
 }
 
 impl Bvh {
-    /// Builds over the given boxes. Returns the hierarchy and the order of the slots: slot `i` holds box
-    /// `order[i]`. Empty boxes are left out. Terminates and stays shallow for any input.
-    pub fn build(boxes: &[Bounds3]) -> (Self, Vec<u32>) {
-        let built = build::build(boxes);
-        (
-            Self {
-                nodes: built.nodes,
-                bounds: built.bounds,
-            },
-            built.order,
-        )
+    /// Builds over items; `corners` tells those of a triangle by its key. Items with empty boxes are left out.
+    /// Terminates and stays shallow for any input. The result does not depend on the number of threads.
+    pub fn build(items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3] + Sync) -> Self {
+        let Built {
+            nodes,
+            packets,
+            slots,
+            bounds,
+        } = build::build(items, corners);
+        Self {
+            nodes,
+            packets,
+            slots,
+            bounds,
+            level: Level::detect(),
+        }
     }
 
     /// The box around everything; empty if there is nothing.
@@ -118,76 +77,276 @@ impl Bvh {
         self.bounds
     }
 
-    /// Bytes on the heap.
-    pub fn memory(&self) -> usize {
-        self.nodes.len() * size_of::<Node>()
+    /// The nearest hit in (0, `t_max`); of several at one distance that of the smallest key.
+    ///
+    /// `triangle(key, hit)` says what a triangle is where it is met nearer than all before, and nothing if it does not
+    /// count. `slot(key, limit, shear)` finds the nearest hit of a slot in (0, `limit`).
+    #[inline]
+    pub fn closest<H>(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        triangle: impl FnMut(Key, &TriangleHit) -> Option<H>,
+        slot: impl FnMut(Key, f32, &RayShear) -> Option<(f32, H)>,
+    ) -> Option<(f32, H)> {
+        match self.level {
+            Level::Portable => self.closest_with(Portable, ray, t_max, triangle, slot),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(avx2) => pulp::Simd::vectorize(
+                avx2,
+                #[inline(always)]
+                || self.closest_with(avx2, ray, t_max, triangle, slot),
+            ),
+        }
     }
 
-    /// Visits the slots whose boxes the ray meets, roughly near to far. `hit(slot, t_max)` returns the distance
-    /// of a hit closer than `t_max`, which then bounds the rest.
+    /// Whether any triangle met in (0, `t_max`) satisfies `triangle(key, hit)`, or any slot whose box is met before
+    /// `t_max` satisfies `slot(key, shear)`.
     #[inline]
-    pub fn closest(&self, ray: &Ray, t_max: f32, mut hit: impl FnMut(u32, f32) -> Option<f32>) {
-        if self.nodes.is_empty() {
-            return;
+    pub fn any(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        triangle: impl FnMut(Key, &TriangleHit) -> bool,
+        slot: impl FnMut(Key, &RayShear) -> bool,
+    ) -> bool {
+        match self.level {
+            Level::Portable => self.any_with(Portable, ray, t_max, triangle, slot),
+            #[cfg(target_arch = "x86_64")]
+            Level::Avx2(avx2) => pulp::Simd::vectorize(
+                avx2,
+                #[inline(always)]
+                || self.any_with(avx2, ray, t_max, triangle, slot),
+            ),
         }
-        let ray_box = RayBox::new(ray);
-        let mut t_max = t_max;
-        let mut stack = [(0u32, 0u32, 0f32); MAX_DEPTH];
-        let mut depth = 0;
-        let (mut node, mut count) = (0u32, 0u32);
+    }
+
+    #[inline(always)]
+    fn closest_with<L: Lanes, H>(
+        &self,
+        lanes: L,
+        ray: &Ray,
+        t_max: f32,
+        mut triangle: impl FnMut(Key, &TriangleHit) -> Option<H>,
+        mut slot: impl FnMut(Key, f32, &RayShear) -> Option<(f32, H)>,
+    ) -> Option<(f32, H)> {
+        if self.nodes.is_empty() {
+            return None;
+        }
+        let boxes = RayBoxes::new(lanes, ray);
+        let shear = RayShear::new(ray);
+        let packets = RayPackets::new(lanes, &shear);
+        let mut nearest = Nearest {
+            limit: t_max,
+            reach: t_max * STRETCH,
+            found: None,
+        };
+        let mut stack = ArrayVec::<Waiting, STACK>::new();
+        let mut child = Child::ROOT;
         loop {
-            if count > 0 {
-                for slot in node..node + count {
-                    if let Some(t) = hit(slot, t_max) {
-                        t_max = t;
+            match child.target() {
+                Target::Node(index) => {
+                    let node = &self.nodes[index];
+                    let (mut mask, near) = boxes.enter(node, nearest.reach);
+                    if mask != 0 {
+                        let lane = mask.trailing_zeros() as usize;
+                        mask &= mask - 1;
+                        if mask == 0 {
+                            child = node.child(lane);
+                            continue;
+                        }
+                        child =
+                            enter_nearest(node, lane, mask, lanes.store(near), &mut stack, |c| {
+                                self.prefetch(lanes, c)
+                            });
+                        continue;
                     }
                 }
-            } else {
-                let n = &self.nodes[node as usize];
-                let t = ray_box.enter(n, t_max);
-                let near = usize::from(t[1] < t[0]);
-                if t[near] < f32::INFINITY {
-                    let far = 1 - near;
-                    if t[far] < f32::INFINITY {
-                        stack[depth] = (n.child[far], n.count[far], t[far]);
-                        depth += 1;
+                Target::Triangles(first, count) => {
+                    for packet in &self.packets[first..first + count] {
+                        let mut mask = packets.candidates(packet);
+                        while mask != 0 {
+                            let lane = mask.trailing_zeros() as usize;
+                            mask &= mask - 1;
+                            let corners = packet.triangle(lane, shear.axes());
+                            if let Some(hit) = shear.intersect_turned(corners, nearest.limit) {
+                                let key = packet.key(lane);
+                                if nearest.is_before(hit.t, key)
+                                    && let Some(found) = triangle(key, &hit)
+                                {
+                                    nearest.set(hit.t, key, found);
+                                }
+                            }
+                        }
                     }
-                    (node, count) = (n.child[near], n.count[near]);
-                    continue;
+                }
+                Target::Slots(first, count) => {
+                    for &key in &self.slots[first..first + count] {
+                        if let Some((t, found)) = slot(key, nearest.limit, &shear)
+                            && nearest.is_before(t, key)
+                        {
+                            nearest.set(t, key, found);
+                        }
+                    }
                 }
             }
             loop {
-                if depth == 0 {
-                    return;
-                }
-                depth -= 1;
-                let entry;
-                (node, count, entry) = stack[depth];
-                if entry <= t_max {
+                let Some(waiting) = stack.pop() else {
+                    return nearest.found.map(|(t, _, hit)| (t, hit));
+                };
+                if waiting.near() <= nearest.reach {
+                    child = waiting.child();
                     break;
                 }
             }
         }
     }
 
-    /// Whether `hit(slot)` holds for any slot whose box the ray meets before `t_max`.
-    #[inline]
-    pub fn any(&self, ray: &Ray, t_max: f32, mut hit: impl FnMut(u32) -> bool) -> bool {
-        let mut found = false;
-        self.closest(ray, t_max, |slot, _| {
-            if !found && hit(slot) {
-                found = true;
+    /// Asks for the memory of a child whose turn will come.
+    #[inline(always)]
+    fn prefetch<L: Lanes>(&self, lanes: L, child: Child) {
+        match child.target() {
+            Target::Node(index) => lanes.prefetch(&self.nodes[index]),
+            Target::Triangles(first, _) => {
+                if let Some(packet) = self.packets.get(first) {
+                    lanes.prefetch(packet);
+                }
             }
-            // Nothing lies before distance −∞: the traversal ends at the next box.
-            found.then_some(f32::NEG_INFINITY)
-        });
-        found
+            Target::Slots(..) => {}
+        }
     }
+
+    #[inline(always)]
+    fn any_with<L: Lanes>(
+        &self,
+        lanes: L,
+        ray: &Ray,
+        t_max: f32,
+        mut triangle: impl FnMut(Key, &TriangleHit) -> bool,
+        mut slot: impl FnMut(Key, &RayShear) -> bool,
+    ) -> bool {
+        if self.nodes.is_empty() {
+            return false;
+        }
+        let boxes = RayBoxes::new(lanes, ray);
+        let shear = RayShear::new(ray);
+        let packets = RayPackets::new(lanes, &shear);
+        let reach = t_max * STRETCH;
+        let mut stack = ArrayVec::<Child, STACK>::new();
+        let mut child = Child::ROOT;
+        loop {
+            match child.target() {
+                Target::Node(index) => {
+                    let node = &self.nodes[index];
+                    let (mut mask, _) = boxes.enter(node, reach);
+                    if mask != 0 {
+                        // The last lane first, so that the first one ends on top.
+                        let mut lane = last_lane(mask);
+                        mask ^= 1 << lane;
+                        while mask != 0 {
+                            self.prefetch(lanes, node.child(lane));
+                            stack.push(node.child(lane));
+                            lane = last_lane(mask);
+                            mask ^= 1 << lane;
+                        }
+                        child = node.child(lane);
+                        continue;
+                    }
+                }
+                Target::Triangles(first, count) => {
+                    for packet in &self.packets[first..first + count] {
+                        let mut mask = packets.candidates(packet);
+                        while mask != 0 {
+                            let lane = mask.trailing_zeros() as usize;
+                            mask &= mask - 1;
+                            if let Some(hit) =
+                                shear.intersect_turned(packet.triangle(lane, shear.axes()), t_max)
+                                && triangle(packet.key(lane), &hit)
+                            {
+                                return true;
+                            }
+                        }
+                    }
+                }
+                Target::Slots(first, count) => {
+                    if self.slots[first..first + count]
+                        .iter()
+                        .any(|&key| slot(key, &shear))
+                    {
+                        return true;
+                    }
+                }
+            }
+            let Some(next) = stack.pop() else {
+                return false;
+            };
+            child = next;
+        }
+    }
+}
+
+/// The last lane of a mask that is not empty.
+#[inline(always)]
+fn last_lane(mask: u32) -> usize {
+    (u32::BITS - 1 - mask.leading_zeros()) as usize
+}
+
+/// A child that waits for its turn. Ordered by the distance at which the ray enters it, which is not negative.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+struct Waiting(u64);
+
+impl Waiting {
+    #[inline(always)]
+    fn new(near: f32, child: Child) -> Self {
+        Self(u64::from(near.to_bits()) << 32 | u64::from(child.to_bits()))
+    }
+
+    #[inline(always)]
+    fn near(self) -> f32 {
+        f32::from_bits((self.0 >> 32) as u32)
+    }
+
+    #[inline(always)]
+    fn child(self) -> Child {
+        Child::from_bits(self.0 as u32)
+    }
+}
+
+/// Chooses the nearest of two or more children; the others wait, the farthest for the longest.
+#[inline(always)]
+fn enter_nearest(
+    node: &Node,
+    lane: usize,
+    mut mask: u32,
+    near: [f32; N_LANES],
+    stack: &mut ArrayVec<Waiting, STACK>,
+    prefetch: impl Fn(Child),
+) -> Child {
+    let waiting = |lane: usize| Waiting::new(near[lane % N_LANES], node.child(lane));
+    let mut nearest = waiting(lane);
+    let start = stack.len();
+    while mask != 0 {
+        let other = waiting(mask.trailing_zeros() as usize);
+        mask &= mask - 1;
+        prefetch(other.child());
+        let farther = nearest.max(other);
+        nearest = nearest.min(other);
+        // Insertion: those behind move up.
+        stack.push(farther);
+        let mut place = stack.len() - 1;
+        while place > start && stack[place - 1] < farther {
+            stack[place] = stack[place - 1];
+            place -= 1;
+        }
+        stack[place] = farther;
+    }
+    nearest.child()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::error::gamma;
     use crate::math::{Point3, Vec3};
     use crate::sampling::rng::Rng;
     use crate::sampling::warp::uniform_sphere;
@@ -209,8 +368,49 @@ mod tests {
             .collect()
     }
 
+    fn of_boxes(boxes: &[Bounds3]) -> Bvh {
+        let items = boxes.iter().zip(0..).map(|(b, i)| Item::slot(b, [0, i]));
+        Bvh::build(items.collect(), |_| unreachable!("there are no triangles"))
+    }
+
+    fn around(triangle: &[[f32; 3]; 3]) -> Bounds3 {
+        let corners = triangle.iter().map(|&p| Point3::from(p));
+        corners.fold(Bounds3::EMPTY, Bounds3::with_point)
+    }
+
+    fn of_triangles(triangles: &[[[f32; 3]; 3]]) -> Bvh {
+        let items = triangles.iter().zip(0..);
+        let items = items.map(|(t, i)| Item::triangle(&around(t), [i % 3, i]));
+        Bvh::build(items.collect(), |key| triangles[key[1] as usize])
+    }
+
+    /// Everything that a hierarchy of slots visits along a ray.
+    fn visited(bvh: &Bvh, ray: &Ray, n: usize) -> Vec<bool> {
+        let mut visited = vec![false; n];
+        let nothing: Option<(f32, ())> = bvh.closest(
+            ray,
+            f32::INFINITY,
+            |_, _| None,
+            |key, _, _| {
+                visited[key[1] as usize] = true;
+                None
+            },
+        );
+        assert!(nothing.is_none());
+        visited
+    }
+
+    fn closest(bvh: &Bvh, ray: &Ray, t_max: f32) -> Option<(Key, TriangleHit)> {
+        let found = bvh.closest(ray, t_max, |key, hit| Some((key, *hit)), |_, _, _| None);
+        found.map(|(_, hit)| hit)
+    }
+
+    fn any(bvh: &Bvh, ray: &Ray, t_max: f32) -> bool {
+        bvh.any(ray, t_max, |_, _| true, |_, _| false)
+    }
+
     /// Slots whose own box the ray meets, by a plain slab test in f64.
-    fn brute_force(boxes: &[Bounds3], ray: &Ray) -> Vec<u32> {
+    fn brute_force(boxes: &[Bounds3], ray: &Ray) -> Vec<usize> {
         let hits = |b: &Bounds3| {
             let (mut near, mut far) = (0f64, f64::INFINITY);
             for axis in 0..3 {
@@ -228,16 +428,14 @@ mod tests {
             }
             near <= far
         };
-        (0..boxes.len() as u32)
-            .filter(|&i| hits(&boxes[i as usize]))
-            .collect()
+        (0..boxes.len()).filter(|&i| hits(&boxes[i])).collect()
     }
 
     #[test]
     fn every_box_a_ray_touches_is_visited() {
         for (n, size) in [(1, 0.5), (2, 0.5), (100, 0.3), (3000, 0.05), (500, 0.0)] {
             let boxes = random_boxes(n, size, n as u64);
-            let (bvh, order) = Bvh::build(&boxes);
+            let bvh = of_boxes(&boxes);
             let mut rng = Rng::new(1);
             for k in 0..500 {
                 let o = boxes[rng.next_u32() as usize % n].min;
@@ -250,13 +448,9 @@ mod tests {
                     d,
                     time: 0.0,
                 };
-                let mut visited = vec![false; n];
-                bvh.closest(&ray, f32::INFINITY, |slot, _| {
-                    visited[order[slot as usize] as usize] = true;
-                    None
-                });
+                let visited = visited(&bvh, &ray, n);
                 for i in brute_force(&boxes, &ray) {
-                    assert!(visited[i as usize], "{n} boxes, ray {ray:?} skips {i}");
+                    assert!(visited[i], "{n} boxes, ray {ray:?} skips {i}");
                 }
             }
         }
@@ -265,19 +459,24 @@ mod tests {
     #[test]
     fn any_stops_at_the_first_hit() {
         let boxes = random_boxes(1000, 0.5, 5);
-        let (bvh, _) = Bvh::build(&boxes);
+        let bvh = of_boxes(&boxes);
         let ray = Ray {
             o: Point3::new(-5.0, 0.0, 0.0),
             d: Vec3::new(1.0, 0.0, 0.0),
             time: 0.0,
         };
         let mut calls = 0;
-        assert!(bvh.any(&ray, f32::INFINITY, |_| {
-            calls += 1;
-            true
-        }));
+        assert!(bvh.any(
+            &ray,
+            f32::INFINITY,
+            |_, _| false,
+            |_, _| {
+                calls += 1;
+                true
+            }
+        ));
         assert_eq!(calls, 1);
-        assert!(!bvh.any(&ray, 1.0, |_| true));
+        assert!(!bvh.any(&ray, 1.0, |_, _| true, |_, _| true));
     }
 
     #[test]
@@ -285,30 +484,127 @@ mod tests {
         let one = Bounds3::EMPTY
             .with_point(Point3::ZERO)
             .with_point(Point3::new(1.0, 1.0, 1.0));
-        let (bvh, order) = Bvh::build(&vec![one; 70_000]);
-        assert_eq!(order.len(), 70_000);
-        let mut seen = 0;
         let ray = Ray {
-            o: Point3::new(0.5, 0.5, -1.0),
+            o: Point3::new(0.25, 0.25, -1.0),
             d: Vec3::new(0.0, 0.0, 1.0),
             time: 0.0,
         };
-        bvh.closest(&ray, f32::INFINITY, |_, _| {
-            seen += 1;
-            None
-        });
-        assert_eq!(seen, 70_000);
+        let bvh = of_boxes(&vec![one; 70_000]);
+        assert!(
+            visited(&bvh, &ray, 70_000)
+                .iter()
+                .all(|&is_visited| is_visited)
+        );
+        let triangle = [[0.0, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 1.0]];
+        let bvh = of_triangles(&vec![triangle; 70_000]);
+        // Of all these hits at one distance the one of the smallest key counts.
+        assert_eq!(
+            closest(&bvh, &ray, f32::INFINITY).map(|hit| hit.0),
+            Some([0, 0])
+        );
     }
 
     #[test]
     fn nothing_is_hit_in_an_empty_hierarchy() {
-        let (bvh, order) = Bvh::build(&[Bounds3::EMPTY]);
-        assert!(order.is_empty() && bvh.bounds().is_empty());
+        let bvh = of_boxes(&[Bounds3::EMPTY]);
+        assert!(bvh.bounds().is_empty());
         let ray = Ray {
             o: Point3::ZERO,
             d: Vec3::new(0.0, 0.0, 1.0),
             time: 0.0,
         };
-        assert!(!bvh.any(&ray, f32::INFINITY, |_| true));
+        assert!(!bvh.any(&ray, f32::INFINITY, |_, _| true, |_, _| true));
+    }
+
+    /// Triangles of all sizes, many of them in axis-parallel planes, some copied, some without area.
+    fn random_triangles(n: usize, seed: u64) -> Vec<[[f32; 3]; 3]> {
+        let mut rng = Rng::new(seed);
+        let mut triangles: Vec<[[f32; 3]; 3]> = Vec::new();
+        for k in 0..n {
+            let size = 10f32.powi(-((k % 5) as i32));
+            let at = uniform_sphere(rng.uniform2()) * rng.uniform();
+            let mut triangle = [0; 3].map(|_| {
+                let p = at + uniform_sphere(rng.uniform2()) * size;
+                if k % 3 == 0 {
+                    p.0.to_array().map(|c| (c * 8.0).round() / 8.0)
+                } else {
+                    p.0.to_array()
+                }
+            });
+            if k % 7 == 0 && k > 0 {
+                triangle = triangles[rng.next_u32() as usize % k];
+            }
+            triangles.push(triangle);
+        }
+        triangles
+    }
+
+    /// Rays at random, along axes, from corners, and toward corners.
+    fn random_rays(n: usize, triangles: &[[[f32; 3]; 3]], seed: u64) -> Vec<Ray> {
+        let mut rng = Rng::new(seed);
+        let mut rays = Vec::new();
+        for k in 0..n {
+            let triangle = triangles[rng.next_u32() as usize % triangles.len()];
+            let corner = Point3::from(triangle[k % 3]);
+            let mut d = uniform_sphere(rng.uniform2());
+            if k % 5 == 0 {
+                d = [
+                    Vec3::new(1.0, 0.0, -0.0),
+                    Vec3::new(-0.0, -1.0, 0.0),
+                    Vec3::new(0.0, 0.0, 1.0),
+                ][k % 3];
+            }
+            let o = match k % 4 {
+                0 => corner,
+                1 => corner - d * 3.0,
+                _ => Point3::ZERO + uniform_sphere(rng.uniform2()) * 2.0,
+            };
+            rays.push(Ray { o, d, time: 0.0 });
+        }
+        rays
+    }
+
+    #[test]
+    fn the_nearest_hit_is_that_of_a_plain_loop_whatever_the_registers() {
+        for n in [1, 7, 8, 9, 100, 4000] {
+            let triangles = random_triangles(n, n as u64);
+            let bvh = of_triangles(&triangles);
+            let portable = Bvh {
+                level: Level::Portable,
+                ..bvh.clone()
+            };
+            let n_rays = if n > 1000 { 2_000 } else { 20_000 };
+            for (k, ray) in random_rays(n_rays, &triangles, 3).iter().enumerate() {
+                let t_max = [f32::INFINITY, 0.7][k % 2];
+                let found = closest(&bvh, ray, t_max);
+                let shear = RayShear::new(ray);
+                let mut nearest: Option<(Key, TriangleHit)> = None;
+                for (triangle, i) in triangles.iter().zip(0..) {
+                    let key = [i % 3, i];
+                    let hit = shear.intersect(*triangle, t_max);
+                    if let Some(hit) = hit
+                        && nearest.is_none_or(|(best_key, best)| {
+                            hit.t < best.t || hit.t == best.t && key < best_key
+                        })
+                    {
+                        nearest = Some((key, hit));
+                    }
+                }
+                // Both are rounded; only what a box hides by that may differ.
+                let t = |hit: &Option<(Key, TriangleHit)>| hit.map(|(_, hit)| hit.t);
+                if found != nearest {
+                    let (Some(a), Some(b)) = (t(&found), t(&nearest)) else {
+                        panic!("{n}: {ray:?}: {found:?}, expected {nearest:?}");
+                    };
+                    assert!(
+                        (a - b).abs() <= 4.0 * gamma(4) * b,
+                        "{n}: {ray:?}: {a}, expected {b}"
+                    );
+                }
+                assert_eq!(found, closest(&portable, ray, t_max), "{ray:?}");
+                assert_eq!(any(&bvh, ray, t_max), found.is_some(), "{ray:?}");
+                assert_eq!(any(&portable, ray, t_max), found.is_some(), "{ray:?}");
+            }
+        }
     }
 }

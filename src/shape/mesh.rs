@@ -2,10 +2,11 @@
 
 use glam::DVec3;
 
+use crate::accel::RayShear;
 use crate::math::error::{EPSILON, gamma};
 use crate::math::{Bounds3, Frame, Normal3, Point3, Vec3};
 use crate::sampling::warp::uniform_triangle;
-use crate::shape::{AreaSample, ElementHit, Emission, RayShear, ShapeSample, SurfacePoint};
+use crate::shape::{AreaSample, ElementHit, Emission, ShapeSample, SurfacePoint};
 
 /// Distance from the edges of a triangle at which rays leave it, in rounding errors of its coordinates: walls behind
 /// edges of down to about 10° stay behind.
@@ -54,8 +55,9 @@ impl Mesh {
         self.triangles.len()
     }
 
+    /// The corners of a triangle.
     #[inline]
-    fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
+    pub fn corners(&self, triangle: u32) -> [[f32; 3]; 3] {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }
 
@@ -86,7 +88,9 @@ impl Mesh {
     /// See [`RayShear::intersect`].
     #[inline]
     pub fn intersect(&self, triangle: u32, shear: &RayShear, t_max: f32) -> Option<ElementHit> {
-        shear.intersect(self.corners(triangle), t_max)
+        shear
+            .intersect(self.corners(triangle), t_max)
+            .map(ElementHit::from)
     }
 
     /// The geometric normal, before orientation, as a unit vector.
@@ -288,5 +292,47 @@ impl Mesh {
     /// See [`crate::shape::Shape::sample_toward`]: uniform by area.
     pub fn sample_toward(&self, triangle: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
         self.sample_area(triangle, u).toward(from)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Ray;
+    use crate::math::error::offset_origin;
+    use crate::sampling::rng::Rng;
+    use crate::sampling::warp::uniform_sphere;
+
+    #[test]
+    fn rays_that_leave_a_triangle_do_not_meet_it_again() {
+        let mut rng = Rng::new(1);
+        for k in 0..200_000 {
+            let (size, distance) = (10f32.powi(k % 7 - 3), 10f32.powi(k / 7 % 7 - 3));
+            let at = uniform_sphere(rng.uniform2()) * distance;
+            let positions = [0, 1, 2].map(|_| {
+                let mut p = (at + uniform_sphere(rng.uniform2()) * size).0.to_array();
+                if k % 4 == 0 {
+                    p[k as usize % 3] = if k % 8 == 0 { 0.0 } else { distance };
+                }
+                p
+            });
+            let mesh = Mesh {
+                positions: positions.to_vec(),
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            };
+            if mesh.bounds(0).is_empty() {
+                continue;
+            }
+            let surface = mesh.surface(0, uniform_triangle(rng.uniform2()));
+            let d = uniform_sphere(rng.uniform2());
+            let ray = Ray {
+                o: offset_origin(surface.p, surface.p_err, surface.ng, d),
+                d,
+                time: 0.0,
+            };
+            let hit = mesh.intersect(0, &RayShear::new(&ray), f32::INFINITY);
+            assert_eq!(hit, None, "{positions:?} {ray:?}");
+        }
     }
 }

@@ -8,16 +8,16 @@ pub mod nurbs;
 pub mod ply;
 pub mod quadric;
 pub mod subdivision;
-pub mod triangle;
 
 use glam::DVec3;
 
+pub use crate::accel::RayShear;
+use crate::accel::TriangleHit;
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Transform, Vec3};
 pub use curve::Curves;
 pub use mesh::Mesh;
 pub use quadric::Quadric;
-pub use triangle::RayShear;
 
 /// A shape: one scene-file directive, made of one or more elements (triangles of a mesh, pieces of
 /// curves).
@@ -38,6 +38,16 @@ pub struct ElementHit {
     pub t: f32,
     /// Weights of the first two vertices for a triangle; (u, v) on a curve; unused by quadrics.
     pub barycentric: [f32; 2],
+}
+
+impl From<TriangleHit> for ElementHit {
+    #[inline]
+    fn from(hit: TriangleHit) -> Self {
+        Self {
+            t: hit.t,
+            barycentric: hit.barycentric,
+        }
+    }
 }
 
 /// The local geometry of a surface point, in render space.

@@ -1,15 +1,15 @@
 //! Objects and their placements: two levels of hierarchy, so that a thousand copies cost one.
 
 use crate::accel::Bvh;
-use crate::ids::{GeometryId, ObjectId};
+use crate::ids::ObjectId;
 use crate::math::animated::corners_of;
 use crate::math::{Bounds3, Motion, Point3, Ray, Vec3};
-use crate::world::{ElementRef, Geometry, elements_of};
+use crate::world::{Geometry, items};
 
 /// Geometry in a space of its own, shared by instances.
 #[derive(Clone, Debug)]
 pub struct Object {
-    elements: Vec<ElementRef>,
+    n_elements: usize,
     bvh: Bvh,
 }
 
@@ -25,53 +25,28 @@ pub struct Instance {
 impl Object {
     /// One object for each id below `n_objects`, from the geometries that name it.
     pub(super) fn build_all(geometries: &[Geometry], n_objects: usize) -> Vec<Self> {
-        let mut parts = vec![(Vec::new(), Vec::new()); n_objects];
+        let mut parts = vec![Vec::new(); n_objects];
         for (index, geometry) in geometries.iter().enumerate() {
             if geometry.object.is_some() {
-                let (boxes, elements) = &mut parts[geometry.object.index()];
-                for (bounds, element) in elements_of(GeometryId::new(index), geometry) {
-                    boxes.push(bounds);
-                    elements.push(element);
-                }
+                parts[geometry.object.index()].push(index);
             }
         }
         parts
             .into_iter()
-            .map(|(boxes, elements)| {
-                let (bvh, order) = Bvh::build(&boxes);
-                Self {
-                    elements: order.into_iter().map(|i| elements[i as usize]).collect(),
-                    bvh,
-                }
+            .map(|part| Self {
+                n_elements: items::n_elements(geometries, &part),
+                bvh: items::hierarchy(items::items_of(geometries, &part), geometries),
             })
             .collect()
     }
 
     pub(super) fn n_elements(&self) -> usize {
-        self.elements.len()
+        self.n_elements
     }
 
     #[inline]
-    pub(super) fn closest(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        mut hit: impl FnMut(ElementRef, f32) -> Option<f32>,
-    ) {
-        self.bvh.closest(ray, t_max, |slot, t_max| {
-            hit(self.elements[slot as usize], t_max)
-        });
-    }
-
-    #[inline]
-    pub(super) fn any(
-        &self,
-        ray: &Ray,
-        t_max: f32,
-        mut hit: impl FnMut(ElementRef) -> bool,
-    ) -> bool {
-        self.bvh
-            .any(ray, t_max, |slot| hit(self.elements[slot as usize]))
+    pub(super) fn bvh(&self) -> &Bvh {
+        &self.bvh
     }
 }
 

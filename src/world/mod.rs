@@ -6,23 +6,25 @@
 pub mod cutout;
 pub mod emission;
 pub mod instance;
+mod items;
 pub mod lighting;
 pub mod media;
 pub mod segment;
 pub mod selection;
 
-use crate::accel::Bvh;
+use crate::accel::{Bvh, RayShear};
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::Light;
 use crate::material::Materials;
 use crate::math::error::offset_origin;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
-use crate::shape::{ElementHit, RayShear, Shape, SurfacePoint};
+use crate::shape::{ElementHit, Shape, SurfacePoint};
 use crate::texture::Textures;
 pub use cutout::Cutout;
 pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
+use items::Slot;
 pub use lighting::{LightSample, Receiver};
 pub use media::{MediumInterface, ShadowTally};
 pub use segment::{Aim, Segment};
@@ -54,26 +56,6 @@ pub struct ElementRef {
     pub geometry: GeometryId,
     /// Element of its shape.
     pub element: u32,
-}
-
-/// What a slot of the top hierarchy holds.
-#[derive(Clone, Copy, Debug)]
-enum Slot {
-    Element(ElementRef),
-    Instance(InstanceId),
-}
-
-/// The elements of a geometry with their boxes.
-fn elements_of(id: GeometryId, geometry: &Geometry) -> impl Iterator<Item = (Bounds3, ElementRef)> {
-    (0..geometry.shape.n_elements() as u32).map(move |element| {
-        (
-            geometry.shape.bounds(element),
-            ElementRef {
-                geometry: id,
-                element,
-            },
-        )
-    })
 }
 
 /// The nearest meeting of a ray with the world.
@@ -149,7 +131,6 @@ pub struct World {
     camera_medium: MediumId,
     objects: Vec<Object>,
     instances: Vec<Instance>,
-    slots: Vec<Slot>,
     bvh: Bvh,
     /// Elements of the world, those of each instance counted again.
     n_elements: usize,
@@ -162,25 +143,17 @@ impl World {
     /// Builds the hierarchy and establishes the facts.
     pub fn new(parts: WorldParts) -> Self {
         let objects = Object::build_all(&parts.geometries, parts.n_objects);
-        let mut refs: Vec<(Bounds3, Slot)> = Vec::new();
-        for (index, geometry) in parts.geometries.iter().enumerate() {
-            if !geometry.object.is_some() {
-                let id = GeometryId::new(index);
-                refs.extend(
-                    elements_of(id, geometry).map(|(b, element)| (b, Slot::Element(element))),
-                );
-            }
-        }
-        let mut n_elements = refs.len();
+        let stands = |&index: &usize| !parts.geometries[index].object.is_some();
+        let standing: Vec<usize> = (0..parts.geometries.len()).filter(stands).collect();
+        let mut items = items::items_of(&parts.geometries, &standing);
+        let mut n_elements = items::n_elements(&parts.geometries, &standing);
         for (index, instance) in parts.instances.iter().enumerate() {
             let object = &objects[instance.object.index()];
             n_elements += object.n_elements();
             let bounds = instance.bounds(object, parts.shutter);
-            refs.push((bounds, Slot::Instance(InstanceId::new(index))));
+            items.push(items::instance(InstanceId::new(index), &bounds));
         }
-        let (boxes, refs): (Vec<Bounds3>, Vec<Slot>) = refs.into_iter().unzip();
-        let (bvh, order) = Bvh::build(&boxes);
-        let slots = order.into_iter().map(|i| refs[i as usize]).collect();
+        let bvh = items::hierarchy(items, &parts.geometries);
         let facts = Facts {
             has_null_surfaces: parts.geometries.iter().any(|g| !g.material.is_some()),
             has_media: parts.camera_medium.is_some()
@@ -224,7 +197,6 @@ impl World {
             camera_medium: parts.camera_medium,
             objects,
             instances: parts.instances,
-            slots,
             bvh,
             n_elements,
             horizon: f32::INFINITY,
@@ -302,77 +274,75 @@ impl World {
     /// The nearest surface in (0, `t_max`) that satisfies `counts`.
     #[inline]
     fn closest_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
-        let world_ray = ray;
-        let shear = RayShear::new(ray);
-        let mut found = None;
-        self.bvh
-            .closest(ray, t_max, |slot, t_max| match self.slots[slot as usize] {
-                Slot::Element(target) => {
-                    let at = self.intersect(target, ray, &shear, t_max)?;
-                    let instance = InstanceId::NONE;
-                    let hit = Hit {
-                        target,
-                        instance,
-                        at,
-                    };
-                    if self.is_hole(target, &at, world_ray) || !counts(&hit) {
-                        return None;
-                    }
-                    found = Some(hit);
-                    Some(at.t)
-                }
-                Slot::Instance(instance) => {
-                    let (object, ray) = self.enter(instance, ray)?;
-                    let shear = RayShear::new(&ray);
-                    let mut nearest = None;
-                    object.closest(&ray, t_max, |target, t_max| {
-                        let at = self.intersect(target, &ray, &shear, t_max)?;
-                        let hit = Hit {
-                            target,
-                            instance,
-                            at,
-                        };
-                        if self.is_hole(target, &at, world_ray) || !counts(&hit) {
-                            return None;
-                        }
-                        found = Some(hit);
-                        nearest = Some(at.t);
-                        nearest
-                    });
-                    nearest
-                }
-            });
-        found
-    }
-
-    /// Whether any surface in (0, `t_max`) satisfies `counts`.
-    #[inline]
-    fn any_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(&Hit) -> bool) -> bool {
-        let world_ray = ray;
-        let counts = |target: ElementRef, instance: InstanceId, at: ElementHit| {
+        let hit = |target, instance, at: ElementHit| {
             let hit = Hit {
                 target,
                 instance,
                 at,
             };
-            !self.is_hole(target, &at, world_ray) && counts(&hit)
+            (!self.is_hole(target, &at, ray) && counts(&hit)).then_some(hit)
         };
-        let shear = RayShear::new(ray);
-        self.bvh
-            .any(ray, t_max, |slot| match self.slots[slot as usize] {
-                Slot::Element(target) => self
-                    .intersect(target, ray, &shear, t_max)
-                    .is_some_and(|at| counts(target, InstanceId::NONE, at)),
+        let stands = InstanceId::NONE;
+        let element = |target, instance, ray: &Ray, shear: &RayShear, limit| {
+            let at = self.intersect(target, ray, shear, limit)?;
+            Some((at.t, hit(target, instance, at)?))
+        };
+        let found = self.bvh.closest(
+            ray,
+            t_max,
+            |key, at| hit(items::element_of(key), stands, (*at).into()),
+            |key, limit, shear| match items::slot_of(key) {
+                Slot::Element(target) => element(target, stands, ray, shear, limit),
+                Slot::Instance(instance) => {
+                    let (object, ray) = self.enter(instance, ray)?;
+                    object.bvh().closest(
+                        &ray,
+                        limit,
+                        |key, at| hit(items::element_of(key), instance, (*at).into()),
+                        |key, limit, shear| {
+                            element(items::element_of(key), instance, &ray, shear, limit)
+                        },
+                    )
+                }
+            },
+        );
+        found.map(|(_, hit)| hit)
+    }
+
+    /// Whether any surface in (0, `t_max`) satisfies `counts`.
+    #[inline]
+    fn any_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(&Hit) -> bool) -> bool {
+        let is_there = |target, instance, at: ElementHit| {
+            let hit = Hit {
+                target,
+                instance,
+                at,
+            };
+            !self.is_hole(target, &at, ray) && counts(&hit)
+        };
+        let stands = InstanceId::NONE;
+        let element = |target, instance, ray: &Ray, shear: &RayShear| {
+            self.intersect(target, ray, shear, t_max)
+                .is_some_and(|at| is_there(target, instance, at))
+        };
+        self.bvh.any(
+            ray,
+            t_max,
+            |key, at| is_there(items::element_of(key), stands, (*at).into()),
+            |key, shear| match items::slot_of(key) {
+                Slot::Element(target) => element(target, stands, ray, shear),
                 Slot::Instance(instance) => {
                     self.enter(instance, ray).is_some_and(|(object, ray)| {
-                        let shear = RayShear::new(&ray);
-                        object.any(&ray, t_max, |target| {
-                            self.intersect(target, &ray, &shear, t_max)
-                                .is_some_and(|at| counts(target, instance, at))
-                        })
+                        object.bvh().any(
+                            &ray,
+                            t_max,
+                            |key, at| is_there(items::element_of(key), instance, (*at).into()),
+                            |key, shear| element(items::element_of(key), instance, &ray, shear),
+                        )
                     })
                 }
-            })
+            },
+        )
     }
 
     #[inline]

@@ -4,5 +4,6 @@ mod copies;
 mod curves;
 mod hierarchy;
 mod killeroo;
+mod packets;
 mod quadrics;
 mod scenes;
