@@ -14,6 +14,8 @@ use crate::compile::Assets;
 
 /// What diagnostics call standard input.
 const STDIN: &str = "<stdin>";
+/// Bytes of a scene file that is not parsed: places in it would not fit 32 bits.
+const TOO_LONG: u64 = 1 << 32;
 
 /// Knows where the relative paths of each top-level file start.
 #[derive(Default)]
@@ -29,19 +31,15 @@ impl Files {
     /// One sentence that names the file.
     pub(super) fn open(&mut self, input: &Input, sources: &mut Sources) -> Result<FileId, String> {
         let (name, directory, bytes) = match input {
-            Input::Stdin => {
-                let mut bytes = Vec::new();
-                let read = io::stdin().lock().read_to_end(&mut bytes);
-                (STDIN.to_owned(), PathBuf::new(), read.map(|_| bytes))
-            }
+            Input::Stdin => (STDIN.to_owned(), PathBuf::new(), read_stdin()),
             Input::File(path) => {
                 let directory = path.parent().map(Path::to_owned).unwrap_or_default();
-                (path.display().to_string(), directory, std::fs::read(path))
+                (path.display().to_string(), directory, read(path))
             }
         };
-        let bytes = bytes.map_err(|error| format!("cannot read \"{name}\": {}", reason(&error)))?;
+        let bytes = bytes.map_err(|error| format!("cannot read \"{name}\": {error}"))?;
         self.directories.insert(name.clone(), directory);
-        Ok(sources.add(name, Arc::new(bytes) as SourceBytes))
+        Ok(sources.add(name, bytes))
     }
 
     /// Where a path of a scene leads. Relative ones start at the directory of the top-level file, or at the working
@@ -85,7 +83,18 @@ impl Assets for FileAssets<'_> {
     }
 }
 
-/// Reads a file that a scene or the command line of `compare` names. Devices and pipes, which may never end, are refused.
+/// Reads standard input; of what never ends, as much as the parser refuses.
+fn read_stdin() -> Result<SourceBytes, String> {
+    let mut bytes = Vec::new();
+    let mut input = io::stdin().lock().take(TOO_LONG);
+    input
+        .read_to_end(&mut bytes)
+        .map_err(|error| reason(&error))?;
+    Ok(Arc::new(bytes))
+}
+
+/// Reads a file that a scene or a command line names. Devices and pipes, which may never end, are refused: what comes out
+/// of a pipe is read from standard input.
 pub(super) fn read(path: &Path) -> Result<SourceBytes, String> {
     let refusal = |error: io::Error| reason(&error);
     if !std::fs::metadata(path).map_err(refusal)?.is_file() {

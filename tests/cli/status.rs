@@ -126,15 +126,40 @@ fn scenes_that_cannot_be_understood_are_not_rendered() {
     assert_eq!(room.list(), before);
 }
 
+#[cfg(unix)]
 #[test]
-fn devices_and_directories_that_a_scene_names_are_refused() {
+fn devices_pipes_and_directories_are_refused_wherever_a_file_is_named() {
+    use std::os::unix::fs::symlink;
+    use std::process::Command;
+
     let room = Room::new();
-    for name in ["/dev/zero", "."] {
+    let pipe = room.path("pipe");
+    let made = Command::new("mkfifo").arg(&pipe).status();
+    assert!(made.is_ok_and(|status| status.success()), "no pipe");
+    symlink("/dev/zero", room.path("link")).expect("a link");
+    symlink("ring", room.path("ring")).expect("a link");
+    // Readers of pictures and meshes go by the name.
+    for extension in ["png", "ply"] {
+        symlink("/dev/zero", room.path(&format!("link.{extension}"))).expect("a link");
+        symlink("pipe", room.path(&format!("pipe.{extension}"))).expect("a link");
+    }
+    let refusal = "it is not a regular file";
+    for name in ["/dev/zero", ".", "pipe", "link"] {
+        room.run(name).ends_with(2).says(refusal);
+        let include = format!("Include \"{name}\"\nWorldEnd");
+        room.put("ball.pbrt", &ball("WorldEnd", &include));
+        room.run("ball.pbrt").says("ball.pbrt:").says(refusal);
+    }
+    room.run("ring").ends_with(2).says("symbolic links");
+    for name in ["/dev/zero", ".", "pipe.ply", "link.ply"] {
         let mesh = format!("Shape \"plymesh\" \"string filename\" \"{name}\"\nWorldEnd");
         room.put("ball.pbrt", &ball("WorldEnd", &mesh));
-        room.run("ball.pbrt")
-            .ends_with(3)
-            .says("it is not a regular file");
+        room.run("ball.pbrt").ends_with(3).says(refusal);
+    }
+    for name in ["/dev/zero", ".", "pipe.png", "link.png"] {
+        let sky = format!("LightSource \"infinite\" \"string mapname\" \"{name}\"\nWorldEnd");
+        room.put("ball.pbrt", &ball("WorldEnd", &sky));
+        room.run("ball.pbrt").ends_with(3).says(refusal);
     }
 }
 

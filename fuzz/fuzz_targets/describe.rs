@@ -1,0 +1,5 @@
+//! Scenes up to the graphics state.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::describe_scene, bytes));

@@ -1,0 +1,5 @@
+//! Tables of BSDFs, read and sampled.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::fourier, bytes));

@@ -1,0 +1,5 @@
+//! Radiance HDR pictures.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(init: tyndall_fuzz::let_codecs_panic(), |bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::hdr, bytes));

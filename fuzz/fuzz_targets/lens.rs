@@ -1,0 +1,5 @@
+//! Lens files, named by a camera.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::lens, bytes));

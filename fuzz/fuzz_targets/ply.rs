@@ -1,0 +1,5 @@
+//! PLY meshes by both readers.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::ply, bytes));

@@ -1,0 +1,5 @@
+//! Spectrum files, named by a light.
+
+#![no_main]
+
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::spectrum, bytes));
