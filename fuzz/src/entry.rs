@@ -109,10 +109,15 @@ pub fn describe_scene(bytes: &[u8]) {
 
 /// Everything up to the jobs. Every file named is sound.
 pub fn check(bytes: &[u8]) {
-    compiled(bytes, &Files { given: None });
+    findings(bytes);
 }
 
-fn compiled(bytes: &[u8], files: &Files<'_>) {
+/// What is said about a scene whose files are all sound.
+pub fn findings(bytes: &[u8]) -> Diagnostics {
+    compiled(bytes, &Files { given: None })
+}
+
+fn compiled(bytes: &[u8], files: &Files<'_>) -> Diagnostics {
     let (scene, mut found, sources) = read(bytes, files);
     let (scene, more) = describe(scene);
     found.extend(more);
@@ -121,6 +126,7 @@ fn compiled(bytes: &[u8], files: &Files<'_>) {
         found.extend(more);
     }
     let _ = found.render(&sources, Style::Plain);
+    found
 }
 
 /// PLY meshes by both readers, which agree on the triangles.
