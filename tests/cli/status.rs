@@ -118,7 +118,7 @@ fn scenes_that_cannot_be_understood_are_not_rendered() {
             "gone.pbrt",
             "fatal[unreadable-file]: cannot read \"gone.pbrt\": No such file or directory\n",
         ),
-        (".", "cannot read \".\": Is a directory"),
+        (".", "cannot read \".\": it is not a regular file"),
         ("ball.pbrt gone.pbrt", "cannot read \"gone.pbrt\""),
     ] {
         room.run(line).ends_with(1).says(why);
