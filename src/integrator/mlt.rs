@@ -112,10 +112,9 @@ impl PrimarySample {
     }
 
     fn coordinate(&mut self, stream: usize, index: usize) -> f64 {
-        let unit = |rng: &mut Rng| (rng.next_u64() >> 11) as f64 * (0.5 / (1u64 << 52) as f64);
         if index >= self.streams[stream].len() {
             let fresh = Coordinate {
-                value: unit(&mut self.rng),
+                value: self.rng.uniform_fine(),
                 changed_at: self.last_large,
                 ..Coordinate::default()
             };
@@ -123,7 +122,7 @@ impl PrimarySample {
         }
         let coordinate = &mut self.streams[stream][index];
         if coordinate.changed_at < self.last_large {
-            coordinate.value = unit(&mut self.rng);
+            coordinate.value = self.rng.uniform_fine();
             coordinate.changed_at = self.last_large;
         }
         if coordinate.changed_at == self.iteration {
@@ -131,7 +130,7 @@ impl PrimarySample {
         }
         coordinate.before = (coordinate.value, coordinate.changed_at);
         if self.is_large {
-            coordinate.value = unit(&mut self.rng);
+            coordinate.value = self.rng.uniform_fine();
         } else {
             // Small steps add up like their variances.
             let n_steps = (self.iteration - coordinate.changed_at) as f32;

@@ -7,7 +7,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use crate::image::Image;
-use crate::light::patch_choice::{Drawn, PatchChoice};
+use crate::light::patch_choice::{Drawn, PatchChoice, Weight};
 use crate::spectrum::Rgb;
 
 /// A latitude–longitude map, looked up bilinearly, with a sampler whose density is proportional to the luminance of
@@ -93,11 +93,16 @@ impl EnvironmentMap {
             Rgb::from_array(texels[(y % height) * width + x % width]).luminance() as f64
         };
         let choice = PatchChoice::new(width, height, |x, y| {
-            let corners = luminance(x, y)
-                + luminance(x + 1, y)
-                + luminance(x, y + 1)
-                + luminance(x + 1, y + 1);
-            0.25 * corners * sines[y]
+            let corners = [
+                luminance(x, y),
+                luminance(x + 1, y),
+                luminance(x, y + 1),
+                luminance(x + 1, y + 1),
+            ];
+            Weight {
+                mean: 0.25 * corners.iter().sum::<f64>() * sines[y],
+                peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
+            }
         })?;
         let mean = mean_over_sphere(&texels, width, &sines);
         Some(Self {

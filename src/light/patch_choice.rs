@@ -2,8 +2,8 @@
 //!
 //! The patches are gathered in square *cells*, about 64 side by side. Where a cell is even, as most of a sky is, it is
 //! one constant of the density, and a point is anywhere in it; where it is not, a patch of it is chosen exactly. Light
-//! over density then varies within an even cell by at most [`EVEN`], and the tables that are read stay in the caches
-//! nearest to the core.
+//! over density then exceeds its mean in an even cell by at most a factor of [`EVEN`], and the tables that are read stay
+//! in the caches nearest to the core.
 
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
@@ -11,7 +11,7 @@ use crate::sampling::cumulative::Cumulative;
 
 /// Cells side by side in a map, at most.
 const CELLS: usize = 64;
-/// Largest weight of a patch over the mean of its cell, if the cell is to be even.
+/// Largest weight of any point over the mean of its cell, if the cell is to be even.
 const EVEN: f64 = 1.25;
 
 /// A discrete distribution over the patches of a map, whose density over the map is known everywhere.
@@ -47,6 +47,15 @@ struct Table {
     columns: Vec<Cumulative>,
 }
 
+/// What a patch weighs.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub(super) struct Weight {
+    /// On average, finite and not negative.
+    pub(super) mean: f64,
+    /// At most, anywhere in it.
+    pub(super) peak: f64,
+}
+
 /// A place that was drawn.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) enum Drawn {
@@ -72,11 +81,11 @@ struct Summed {
 }
 
 impl PatchChoice {
-    /// Over `width` × `height` patches with non-negative finite weights. `None` if all are 0.
+    /// Over `width` × `height` patches. `None` if all weigh nothing.
     pub(super) fn new(
         width: usize,
         height: usize,
-        weight: impl Fn(usize, usize) -> f64 + Sync,
+        weight: impl Fn(usize, usize) -> Weight + Sync,
     ) -> Option<Self> {
         let side = width.div_ceil(CELLS);
         let [n_columns, n_rows] = [width, height].map(|n| n.div_ceil(side));
@@ -91,7 +100,7 @@ impl PatchChoice {
                 columns
                     .clone()
                     .map(move |x| weight(x, y))
-                    .collect::<Vec<f64>>()
+                    .collect::<Vec<Weight>>()
             })
         };
         let summed: Vec<Summed> = (0..n_columns * n_rows)
@@ -103,8 +112,10 @@ impl PatchChoice {
                     n_patches: 0,
                 };
                 for row in weights_of(cell) {
-                    summed.sum += row.iter().sum::<f64>();
-                    summed.largest = row.iter().copied().fold(summed.largest, f64::max);
+                    for weight in &row {
+                        summed.sum += weight.mean;
+                        summed.largest = summed.largest.max(weight.peak);
+                    }
                     summed.n_patches += row.len();
                 }
                 summed
@@ -122,7 +133,8 @@ impl PatchChoice {
         let tables = uneven
             .into_par_iter()
             .map(|cell| {
-                let rows: Vec<Vec<f64>> = weights_of(cell).collect();
+                let means = |row: Vec<Weight>| row.iter().map(|weight| weight.mean).collect();
+                let rows: Vec<Vec<f64>> = weights_of(cell).map(means).collect();
                 let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
                 Table {
                     rows: Cumulative::new(&sums),
@@ -227,12 +239,17 @@ mod tests {
         }
     }
 
+    fn flat(x: usize, y: usize) -> Weight {
+        let mean = weight(x, y);
+        Weight { mean, peak: mean }
+    }
+
     const WIDTH: usize = 300;
     const HEIGHT: usize = 170;
 
     #[test]
     fn places_are_drawn_by_their_density() {
-        let choice = PatchChoice::new(WIDTH, HEIGHT, weight).expect("it is not black");
+        let choice = PatchChoice::new(WIDTH, HEIGHT, flat).expect("it is not black");
         let mean = (0..WIDTH * HEIGHT)
             .map(|i| weight(i % WIDTH, i / WIDTH))
             .sum::<f64>()
@@ -277,7 +294,7 @@ mod tests {
 
     #[test]
     fn light_over_density_is_bounded() {
-        let choice = PatchChoice::new(WIDTH, HEIGHT, weight).expect("it is not black");
+        let choice = PatchChoice::new(WIDTH, HEIGHT, flat).expect("it is not black");
         let mut n_even = 0;
         for (x, y) in (0..WIDTH * HEIGHT).map(|i| (i % WIDTH, i / WIDTH)) {
             if let Some(density) = choice.even_density(x, y) {
@@ -293,7 +310,23 @@ mod tests {
     }
 
     #[test]
+    fn a_patch_that_varies_within_is_no_even_cell() {
+        let slope = |_, _| Weight {
+            mean: 0.5,
+            peak: 1.0,
+        };
+        let choice = PatchChoice::new(8, 4, slope).expect("it is not black");
+        assert_eq!(choice.even_density(3, 2), None);
+    }
+
+    #[test]
     fn a_black_map_has_no_choice() {
-        assert!(PatchChoice::new(8, 4, |_, _| 0.0).is_none());
+        assert!(
+            PatchChoice::new(8, 4, |_, _| Weight {
+                mean: 0.0,
+                peak: 0.0
+            })
+            .is_none()
+        );
     }
 }

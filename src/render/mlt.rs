@@ -11,7 +11,7 @@ use crate::image::PixelRect;
 use crate::integrator::Mlt;
 use crate::integrator::bdpt::{Emitters, Tracer};
 use crate::integrator::mlt::{Found, PrimarySample, evaluate};
-use crate::render::{BlockResult, Job, RenderReport, Tally};
+use crate::render::{BlockResult, Job, RenderReport, Tally, is_radiance};
 use crate::sampling::alias::AliasTable;
 use crate::sampling::rng::{Rng, mix_bits};
 use crate::spectrum::Rgb;
@@ -37,6 +37,8 @@ pub(super) struct Metropolis<'a> {
     starts: Option<AliasTable>,
     /// Mean luminance of the frame.
     brightness: f64,
+    /// What happened while light was looked for.
+    search: RenderReport,
 }
 
 /// Paths that are followed before the first chain.
@@ -77,6 +79,7 @@ impl<'a> Metropolis<'a> {
             emitters: Emitters::new(&job.world, LightStrategy::Power),
             starts: None,
             brightness: 0.0,
+            search: RenderReport::default(),
         };
         let n_paths = n_bootstrap_paths(settings) as usize;
         let starts: Vec<usize> = (0..n_paths).step_by(BOOTSTRAP_CHUNK).collect();
@@ -84,18 +87,25 @@ impl<'a> Metropolis<'a> {
             let mut tracer = metropolis.tracer();
             let paths = start..n_paths.min(start + BOOTSTRAP_CHUNK);
             let n_paths = paths.len() as u64;
-            let chunk: Option<Vec<f32>> = paths
+            let mut report = RenderReport::default();
+            let weights: Option<Vec<f32>> = paths
                 .map(|index| {
                     let (mut sample, depth) = metropolis.bootstrap(index);
                     let (_, rgb) = metropolis.found(&mut tracer, depth, &mut sample);
+                    report.bad_samples += u64::from(!is_radiance(rgb));
                     (!cancel.load(Ordering::Relaxed)).then(|| brightness(rgb))
                 })
                 .collect();
             tally.add(n_paths);
-            chunk
+            report.counters.add(tracer.counters());
+            Some((weights?, report))
         };
-        let chunks: Option<Vec<Vec<f32>>> = starts.par_iter().map(|&start| follow(start)).collect();
-        let weights = chunks?.concat();
+        let chunks: Option<Vec<_>> = starts.par_iter().map(|&start| follow(start)).collect();
+        let mut weights = Vec::with_capacity(n_paths);
+        for (chunk, report) in chunks? {
+            weights.extend(chunk);
+            metropolis.search.add(&report);
+        }
         let sum: f64 = weights.iter().map(|&w| f64::from(w)).sum();
         metropolis.brightness = sum / f64::from(settings.n_bootstrap);
         metropolis.starts = AliasTable::new(&weights);
@@ -129,6 +139,11 @@ impl<'a> Metropolis<'a> {
         evaluate(tracer, &job.camera, job.film.resolution, depth, sample)
     }
 
+    /// What happened while light was looked for.
+    pub(super) fn search(&self) -> &RenderReport {
+        &self.search
+    }
+
     /// Chains to run: none if no light was found.
     pub(super) fn n_chains(&self) -> usize {
         match self.starts {
@@ -156,7 +171,7 @@ impl<'a> Metropolis<'a> {
         };
         let mut tracer = self.tracer();
         let mut rng = Rng::new(mix_bits(job.seed ^ CHAIN_SEED) ^ mix_bits(chain as u64));
-        let u = (rng.next_u64() >> 11) as f64 * (0.5 / (1u64 << 52) as f64);
+        let u = rng.uniform_fine();
         let (mut sample, depth) = self.bootstrap(starts.sample(u).index);
         let mut current = self.found(&mut tracer, depth, &mut sample);
         sample.part(rng.next_u64());
@@ -178,12 +193,9 @@ impl<'a> Metropolis<'a> {
             sample.mutate();
             let proposed = self.found(&mut tracer, depth, &mut sample);
             let (old, new) = (brightness(current.1), brightness(proposed.1));
-            if !proposed.1.is_finite() {
-                report.bad_samples += 1;
-                let pixel = proposed.0.map(|r| r as i32);
-                report.first_bad_sample.get_or_insert((pixel, 0));
-            }
-            let acceptance = (new / old).min(1.0);
+            // No pixel and sample number lead back to a mutation.
+            report.bad_samples += u64::from(!is_radiance(proposed.1));
+            let acceptance = if new > 0.0 { (new / old).min(1.0) } else { 0.0 };
             // Both states count by their probabilities, which the choice between them only samples.
             for ((raster, rgb), luminance, probability) in [
                 (proposed, new, acceptance),
@@ -209,9 +221,8 @@ impl<'a> Metropolis<'a> {
 
 /// What chains visit places in proportion to; 0 for what is no radiance.
 fn brightness(rgb: Rgb) -> f32 {
-    let luminance = rgb.luminance();
-    if rgb.is_finite() && luminance > 0.0 {
-        luminance
+    if is_radiance(rgb) {
+        rgb.luminance()
     } else {
         0.0
     }

@@ -244,6 +244,7 @@ fn render_chains(
         run: |chain| metropolis.run_chain(chain, &tally, cancel),
     };
     let mut rendered = work.render(film, Vec::new(), cancel);
+    rendered.report.add(metropolis.search());
     rendered.report.found_no_light = n_chains == 0;
     rendered
 }

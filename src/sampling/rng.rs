@@ -63,6 +63,12 @@ impl Rng {
         [unit_f32((bits >> 32) as u32), unit_f32(bits as u32)]
     }
 
+    /// Uniform in [0, 1), of 53 bits.
+    #[inline]
+    pub fn uniform_fine(&mut self) -> f64 {
+        (self.next_u64() >> 11) as f64 * (0.5 / (1u64 << 52) as f64)
+    }
+
     /// An exponential variate of mean 1: the optical depth of a free flight, in (0, ∞).
     ///
     /// The uniform number behind it has the full exponent range, so that arbitrarily long flights occur with

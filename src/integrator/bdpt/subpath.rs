@@ -13,7 +13,8 @@ use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::world::{Hit, World, spawn_ray};
 
-/// Vertices after which Russian roulette may end a path. Weights need not know: all strategies lose and gain alike.
+/// Vertices after which Russian roulette may end a path. Weights need not know: each strategy keeps its expectation, and
+/// the weights of all of them still sum to 1.
 const ROULETTE_AFTER: usize = 16;
 /// Greatest probability with which roulette lets a path live: paths among white walls end.
 const MAX_SURVIVAL: f32 = 0.95;
