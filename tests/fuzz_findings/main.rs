@@ -76,8 +76,10 @@ fn assert_told(text: &str) {
     let start = &text[..text.len().min(200)];
     assert!(spent < PATIENCE, "{spent:?} for {start}");
     let is_told =
-        |finding: &Diagnostic| finding.severity >= Severity::Error && finding.span.is_some();
-    assert!(found.iter().any(is_told), "not told: {start}\n{found:?}");
+        |finding: &Diagnostic| finding.severity >= Severity::Warning && finding.span.is_some();
+    // What is missing for a picture is told of every scene here: that is not it.
+    let is_about_it = |finding: &Diagnostic| is_told(finding) && finding.code != "no-lights";
+    assert!(found.iter().any(is_about_it), "not told: {start}");
 }
 
 #[test]
@@ -109,7 +111,7 @@ fn counts_of_a_billion_are_located_errors() {
 }
 
 #[test]
-fn numbers_that_are_none_are_located_errors() {
+fn numbers_that_are_none_are_told_where_they_stand() {
     let nan = "nan nan nan";
     for world in [
         format!("Translate {nan} Shape \"sphere\""),
