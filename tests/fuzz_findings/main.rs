@@ -2,6 +2,10 @@
 //!
 //! `tests/fuzz_findings/<target>/` keeps each input that once broke a promise.
 
+#[expect(
+    unreachable_pub,
+    reason = "it is a module of the fuzzing crate, where it is public"
+)]
 #[path = "../../fuzz/src/entry.rs"]
 mod entry;
 
