@@ -127,7 +127,8 @@ fn small_buddha_agrees() {
 #[test]
 #[ignore = "takes minutes"]
 fn small_breakfast_agrees() {
-    assert_small_scene_agrees("breakfast", "f16-8a");
+    // Lamps are found by chance: their noise shows only in many samples.
+    assert_small_scene_agrees_at("breakfast", "f16-8a", 64, REFERENCE_SPP);
 }
 
 #[test]
