@@ -255,6 +255,25 @@ impl Materials {
         self.list.iter().any(lets_in)
     }
 
+    /// Whether light may spread below surfaces of a material: it comes back from those of this very material only.
+    pub fn spreads_light(&self, model: &Model) -> bool {
+        match model {
+            Model::Subsurface(_) | Model::KdSubsurface(_) => true,
+            Model::Disney(disney) => disney.may_spread_light(),
+            Model::Mix(mix) => self.spreads_light(&self.list[mix.first.index()].model),
+            Model::Matte(_)
+            | Model::Plastic(_)
+            | Model::Translucent(_)
+            | Model::Glass(_)
+            | Model::Mirror(_)
+            | Model::Metal(_)
+            | Model::Substrate(_)
+            | Model::Uber(_)
+            | Model::Hair(_)
+            | Model::Fourier(_) => false,
+        }
+    }
+
     /// Whether any input of any material needs the footprint of the camera's pixel.
     pub fn need_footprint(&self, textures: &Textures) -> bool {
         self.list.iter().any(|material| {
