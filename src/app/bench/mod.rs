@@ -29,6 +29,7 @@ use super::{ReportSink, reason, resources};
 use contest::Contest;
 use report::{Parts, Report, Skipped};
 use suite::{Directories, Scene, Suite};
+use summary::Rival;
 
 /// Runs the suite and writes the results.
 pub(super) fn run(args: BenchArgs) -> Outcome {
@@ -185,12 +186,8 @@ impl<'a> Shelf<'a> {
                 plots.push((scene.scene.clone(), file));
             }
         }
-        let others: Vec<(String, bool)> = report
-            .means
-            .iter()
-            .map(|mean| (mean.over.clone(), mean.derived_via.is_some()))
-            .collect();
-        let overview = plot::efficiencies(&report.scenes, &others);
+        let rivals: Vec<&Rival> = report.means.iter().map(|mean| &mean.rival).collect();
+        let overview = plot::efficiencies(&report.scenes, &rivals);
         let overview = overview.map_err(|error| format!("cannot plot efficiencies: {error}"))?;
         if let Some(svg) = &overview {
             self.write(OVERVIEW, svg.as_bytes())?;
