@@ -109,14 +109,6 @@ impl Report {
         }
     }
 
-    /// As text with a line feed at the end.
-    pub(super) fn to_json(&self) -> String {
-        // A tree of numbers and strings with no maps: there is nothing to go wrong.
-        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text.push('\n');
-        text
-    }
-
     /// A line for each run.
     ///
     /// # Errors
