@@ -248,11 +248,10 @@ impl Materials {
         }
     }
 
-    /// Whether any material is one of those made for light that spreads below surfaces.
+    /// Whether light may spread below surfaces of any material.
     pub fn let_light_in(&self) -> bool {
-        let lets_in =
-            |m: &Material| matches!(m.model, Model::Subsurface(_) | Model::KdSubsurface(_));
-        self.list.iter().any(lets_in)
+        let mut models = self.list.iter().map(|material| &material.model);
+        models.any(|model| self.spreads_light(model))
     }
 
     /// Whether light may spread below surfaces of a material: it comes back from those of this very material only.
