@@ -54,7 +54,7 @@ impl Probe {
                 let mut sampler = Sampler::new(seed.into(), [0, 0], 0);
                 let mut place = Rng::new(!u64::from(seed));
                 let taken = CameraSample {
-                    raster: place.uniform2().map(|u| 0.5 + side * (u - 0.5)),
+                    raster: place.uniform2().map(|u| f64::from(0.5 + side * (u - 0.5))),
                     time: 0.0,
                     lens: [0.5, 0.5],
                 };

@@ -21,6 +21,7 @@
 //! is left out, as in pbrt-v3.
 
 mod connect;
+mod steadiness;
 mod strategy;
 mod subpath;
 mod vertex;
@@ -121,6 +122,8 @@ pub struct Tracer<'a> {
     /// The camera, if light can be followed to it.
     film: Option<&'a Camera>,
     max_depth: usize,
+    /// Pixels that have camera paths of their own each; 1 where film positions are drawn freely.
+    n_pixels: f64,
     camera_path: Vec<Vertex<'a>>,
     /// Lights that the camera path meets.
     ends: Vec<End>,
@@ -147,6 +150,7 @@ impl<'a> Tracer<'a> {
             emitters,
             film: film.filter(|camera| camera.receives_light()),
             max_depth: max_depth as usize,
+            n_pixels: 1.0,
             camera_path: Vec::new(),
             ends: Vec::new(),
             light_path: Vec::new(),
@@ -155,6 +159,14 @@ impl<'a> Tracer<'a> {
             time: 0.0,
             rng: Rng::new(0),
             counters: Counters::default(),
+        }
+    }
+
+    /// For camera paths that are shared out evenly among so many pixels of the full frame.
+    pub fn over_pixels(self, n_pixels: u64) -> Self {
+        Self {
+            n_pixels: n_pixels as f64,
+            ..self
         }
     }
 
