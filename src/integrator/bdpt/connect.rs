@@ -108,6 +108,7 @@ impl Tracer<'_> {
             light: 0.0,
             camera,
             specular: false,
+            one_way: false,
         });
         self.push_camera_path(t);
         self.densities[1].light = other;

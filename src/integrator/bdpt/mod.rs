@@ -98,13 +98,17 @@ impl Numbers for Sampler {
 pub struct Emitters {
     choice: LightChoice,
     infinite: Vec<LightId>,
+    /// Some light has an extent: paths may meet it by chance.
+    any_met: bool,
 }
 
 impl Emitters {
     /// The lights of a world.
     pub fn new(world: &World, strategy: LightStrategy) -> Self {
         let is_infinite = |id: &LightId| matches!(world.light(*id), Light::Infinite(_));
+        let has_extent = |light: &Light| matches!(light, Light::Area(_) | Light::Infinite(_));
         Self {
+            any_met: (0..world.n_lights()).any(|i| has_extent(world.light(LightId::new(i)))),
             choice: world.light_choice(strategy),
             infinite: (0..world.n_lights())
                 .map(LightId::new)

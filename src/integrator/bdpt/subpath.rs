@@ -78,7 +78,7 @@ impl<'a> Tracer<'a> {
             pdf: pdf_w,
             medium,
             limit,
-            looks_for_light,
+            looks_for_light: looks_for_light && self.emitters.any_met,
         };
         let mut path = std::mem::take(&mut self.camera_path);
         self.walk(head, &mut path, numbers);
