@@ -177,12 +177,12 @@ fn compare(name: String, ours: &[Image], theirs: &[Image]) -> Comparison {
 
 /// Scenes of the subset, and another integrator that finds the same light. Null surfaces, shadow masks and subsurface
 /// scattering mean different things to the integrators of pbrt-v3, and what a light without extent sends through glass is
-/// found from its end alone: scenes with those have no partner here.
-const PAIRS: [(&str, &str, &str); 11] = [
+/// found from its end alone: scenes with those have no partner here. Nor have curves, which rays leave two widths away, so
+/// that what is seen between them depends on the end where the path starts.
+const PAIRS: [(&str, &str, &str); 10] = [
     ("amber/amber", "volpath", "bdpt"),
     ("cameras/orthographic", "path", "bdpt"),
     ("cloud/cloud", "volpath", "bdpt"),
-    ("curves/curves", "path", "bdpt"),
     ("disney/disney", "path", "bdpt"),
     ("leaves/leaves", "volpath", "bdpt"),
     ("lights/spot", "path", "bdpt"),

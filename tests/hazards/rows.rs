@@ -49,7 +49,7 @@ const fn row(
     }
 }
 
-use State::{Decided, Held, Open};
+use State::{Decided, Held};
 
 /// All rows, by family and number.
 #[rustfmt::skip]

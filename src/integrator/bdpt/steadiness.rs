@@ -13,11 +13,9 @@ use crate::light::Light;
 use crate::math::Frame;
 use crate::world::Receiver;
 
-/// From the middle of a pixel's footprint to the middles of its sides, in units of half a side.
-const SIDES: [[f32; 2]; 4] = [[1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]];
-/// Of a function that is linear over a square: its variance, relative to the mean square of its differences between the
-/// middle and [`SIDES`].
-const VARIANCE: f64 = 2.0 / 3.0;
+/// Corners of a square around a point of a pixel, in units of the pixel's side: it holds the pixel wherever in it the
+/// point is, so that a convex patch of light which holds the corners fills the pixel.
+const CORNERS: [[f32; 2]; 4] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
 
 impl Tracer<'_> {
     /// Mean square over variance of what light sampling finds in a pixel, at least 1: for a vertex that the camera sees with
@@ -30,19 +28,20 @@ impl Tracer<'_> {
         if !(self.n_pixels > 1.0) || !is_point || !is_surface || has_lens {
             return 1.0;
         }
-        let half_side = (0.5 / (camera * self.n_pixels).sqrt()) as f32;
+        let side = (1.0 / (camera * self.n_pixels).sqrt()) as f32;
         let frame = Frame::from_z(vertex.ng.into());
         let arrives = |[x, y]: [f32; 2]| {
             let at = Receiver {
-                p: vertex.p + frame.s * (half_side * x) + frame.t * (half_side * y),
+                p: vertex.p + frame.s * (side * x) + frame.t * (side * y),
                 ..vertex.receiver(self.time)
             };
             let sample = self.world.sample_on_light(light, 1.0, &at, [0.0; 2]);
             sample.map_or(0.0, |sample| f64::from(sample.radiance.max_component()))
         };
         let middle = arrives([0.0; 2]);
-        let squares = SIDES.map(|side| (arrives(side) / middle - 1.0).powi(2));
-        let variance = VARIANCE * squares.iter().sum::<f64>() / SIDES.len() as f64;
+        let squares = CORNERS.map(|corner| (arrives(corner) / middle - 1.0).powi(2));
+        // More than the variance of what is smooth, less than that of an edge.
+        let variance = squares.iter().sum::<f64>() / CORNERS.len() as f64;
         // No pixel is steadier than all of them are many; another light may be chosen; what is no number is 0/0.
         (1.0 / (1.0 / self.n_pixels + variance + (1.0 / pmf - 1.0))).max(1.0)
     }
