@@ -17,6 +17,10 @@ use crate::world::Receiver;
 /// point is, so that a convex patch of light which holds the corners fills the pixel.
 const CORNERS: [[f32; 2]; 4] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
 
+/// Of a function that is linear over a pixel: its variance there, relative to the mean square of its differences between
+/// the middle and [`CORNERS`].
+const LINEAR: f64 = 1.0 / 12.0;
+
 impl Tracer<'_> {
     /// Mean square over variance of what light sampling finds in a pixel, at least 1: for a vertex that the camera sees with
     /// density `camera` and that chooses `light` with probability `pmf`. 1 for lights of any extent, in media, and
@@ -39,9 +43,12 @@ impl Tracer<'_> {
             sample.map_or(0.0, |sample| f64::from(sample.radiance.max_component()))
         };
         let middle = arrives([0.0; 2]);
-        let squares = CORNERS.map(|corner| (arrives(corner) / middle - 1.0).powi(2));
-        // More than the variance of what is smooth, less than that of an edge.
-        let variance = squares.iter().sum::<f64>() / CORNERS.len() as f64;
+        let variances = CORNERS.map(|corner| match arrives(corner) {
+            // An edge: light and dark, in parts that are not known.
+            0.0 => 1.0,
+            light => LINEAR * (light / middle - 1.0).powi(2),
+        });
+        let variance = variances.iter().sum::<f64>() / CORNERS.len() as f64;
         // No pixel is steadier than all of them are many; another light may be chosen; what is no number is 0/0.
         (1.0 / (1.0 / self.n_pixels + variance + (1.0 / pmf - 1.0))).max(1.0)
     }
