@@ -17,6 +17,16 @@ struct Fog {
     g: f64,
 }
 
+impl Fog {
+    /// Adds light that is scattered once on a way through the fog.
+    fn add(&self, sum: &mut V, light: f64, way: f64) {
+        for (k, sum) in sum.iter_mut().enumerate() {
+            let sigma_t = self.sigma_a[k] + self.sigma_s[k];
+            *sum += self.sigma_s[k] * light * (-sigma_t * way).exp();
+        }
+    }
+}
+
 const GREY: Fog = Fog {
     sigma_a: [0.1; 3],
     sigma_s: [0.3; 3],
@@ -67,10 +77,7 @@ fn scattered_once(fog: Fog, eye: V, toward: V, [t0, t1]: [f64; 2], lamps: &[Lamp
             // dt / r² is dθ / D.
             let arrives =
                 intensity * henyey_greenstein(fog.g, cos) * (b - a) / (STEPS as f64 * distance);
-            for k in 0..3 {
-                let sigma_t = fog.sigma_a[k] + fog.sigma_s[k];
-                sum[k] += fog.sigma_s[k] * arrives * (-sigma_t * (t - t0 + r)).exp();
-            }
+            fog.add(&mut sum, arrives, t - t0 + r);
         }
     }
     sum
@@ -145,10 +152,7 @@ fn light_of_many_points_of_different_power_adds_up() {
             let scattered = henyey_greenstein(fog.g, dot(unit(TOWARD), wi)) * lamps[3].1 / squared
                 * (t1 - t0)
                 / 4000.0;
-            for k in 0..3 {
-                let sigma_t = fog.sigma_a[k] + fog.sigma_s[k];
-                expected[k] += fog.sigma_s[k] * scattered * (-sigma_t * way).exp();
-            }
+            fog.add(&mut expected, scattered, way);
         }
         let world = homogeneous("fog", fog.sigma_a, fog.sigma_s, fog.g)
             + &null_box(lo, hi, "fog", "")

@@ -75,7 +75,7 @@ impl Tracer<'_> {
         let (emitted, other) = self.emission_densities(light, sample.p, sample.ng, vertex, -wi);
         let direct = self.direct_density(light, sample.p, sample.ng, vertex, wi);
         let steadiness = if t == 2 && reaches_film {
-            self.steadiness(light, vertex, vertex.pdf_own, direct)
+            self.steadiness(light, vertex, direct)
         } else {
             1.0
         };
@@ -204,7 +204,7 @@ impl Tracer<'_> {
         if s == 2
             && let Kind::Light(light) | Kind::FarLight(light) = self.light_path[0].kind
         {
-            ends.steadiness = self.steadiness(light, vertex, from_camera, ends.direct);
+            ends.steadiness = self.steadiness(light, vertex, ends.direct);
         }
         self.push_light_path(s);
         self.densities[s - 1].camera = from_camera;

@@ -4,52 +4,76 @@
 //! of a light without extent has no noise where all points of a pixel see the light alike, while light paths to the same
 //! points have, however many arrive: in proportion to densities alone, weights prefer the noise. Where a pixel shows
 //! the edge of a cone, or more than its light, it is the other way round.
+//!
+//! What is looked at is the pixel as a whole, so that all its points are weighed alike: weights that change within it would
+//! be noise themselves.
 
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraSample};
 use crate::ids::LightId;
 use crate::integrator::bdpt::Tracer;
 use crate::integrator::bdpt::vertex::{Kind, Vertex};
 use crate::light::Light;
-use crate::math::Frame;
+use crate::math::Point3;
 use crate::world::Receiver;
 
-/// Corners of a square around a point of a pixel, in units of the pixel's side: it holds the pixel wherever in it the
-/// point is, so that a convex patch of light which holds the corners fills the pixel.
-const CORNERS: [[f32; 2]; 4] = [[1.0, 1.0], [-1.0, 1.0], [-1.0, -1.0], [1.0, -1.0]];
-
-/// Of a function that is linear over a pixel: its variance there, relative to the mean square of its differences between
-/// the middle and [`CORNERS`].
-const LINEAR: f64 = 1.0 / 12.0;
+/// Places of a pixel: its middle and its corners. A convex patch of light that holds them fills the pixel.
+const PLACES: [[f64; 2]; 5] = [[0.5, 0.5], [0.0, 0.0], [1.0, 0.0], [0.0, 1.0], [1.0, 1.0]];
+/// Of a function that is linear over a pixel: its variance, relative to that over [`PLACES`].
+const LINEAR: f64 = 5.0 / 12.0;
 
 impl Tracer<'_> {
-    /// Mean square over variance of what light sampling finds in a pixel, at least 1: for a vertex that the camera sees with
-    /// density `camera` and that chooses `light` with probability `pmf`. 1 for lights of any extent, in media, and
-    /// through lenses, where noise comes from elsewhere.
-    pub(super) fn steadiness(&self, light: LightId, vertex: &Vertex, camera: f64, pmf: f64) -> f64 {
+    /// Mean square over variance of what light sampling finds in a pixel, at least 1: for a vertex that the camera sees and
+    /// that chooses `light` with probability `pmf`. 1 for lights of any extent, in media, and through lenses and moving
+    /// cameras, where noise comes from elsewhere.
+    pub(super) fn steadiness(&self, light: LightId, vertex: &Vertex, pmf: f64) -> f64 {
         let is_point = !matches!(self.world.light(light), Light::Area(_) | Light::Infinite(_));
         let is_surface = matches!(vertex.kind, Kind::Surface(_));
-        let has_lens = self.film.is_none_or(Camera::has_lens);
-        if !(self.n_pixels > 1.0) || !is_point || !is_surface || has_lens {
+        let pinhole = |camera: &&Camera| !camera.has_lens() && camera.is_still();
+        let Some(camera) = self.film.filter(pinhole) else {
+            return 1.0;
+        };
+        if !(self.n_pixels > 1.0) || !is_point || !is_surface {
             return 1.0;
         }
-        let side = (1.0 / (camera * self.n_pixels).sqrt()) as f32;
-        let frame = Frame::from_z(vertex.ng.into());
-        let arrives = |[x, y]: [f32; 2]| {
-            let at = Receiver {
-                p: vertex.p + frame.s * (side * x) + frame.t * (side * y),
-                ..vertex.receiver(self.time)
-            };
-            let sample = self.world.sample_on_light(light, 1.0, &at, [0.0; 2]);
-            sample.map_or(0.0, |sample| f64::from(sample.radiance.max_component()))
+        let Some(arrival) = camera.sample_arrival(vertex.p, [0.5; 2], self.time) else {
+            return 1.0;
         };
-        let middle = arrives([0.0; 2]);
-        let variances = CORNERS.map(|corner| match arrives(corner) {
-            // An edge: light and dark, in parts that are not known.
-            0.0 => 1.0,
-            light => LINEAR * (light / middle - 1.0).powi(2),
+        let pixel = arrival.raster.map(f64::floor);
+        let seen = PLACES.map(|place| {
+            seen_on_plane(camera, vertex, [pixel[0] + place[0], pixel[1] + place[1]]).map_or(
+                0.0,
+                |p| {
+                    let at = Receiver {
+                        p,
+                        ..vertex.receiver(self.time)
+                    };
+                    let sample = self.world.sample_on_light(light, 1.0, &at, [0.0; 2]);
+                    sample.map_or(0.0, |sample| f64::from(sample.radiance.max_component()))
+                },
+            )
         });
-        let variance = variances.iter().sum::<f64>() / CORNERS.len() as f64;
+        let n = PLACES.len() as f64;
+        let mean = seen.iter().sum::<f64>() / n;
+        let spread = seen.map(|x| (x / mean - 1.0).powi(2)).iter().sum::<f64>() / n;
+        // At an edge, light fills a part that is not known.
+        let variance = if seen.contains(&0.0) {
+            spread
+        } else {
+            LINEAR * spread
+        };
         // No pixel is steadier than all of them are many; another light may be chosen; what is no number is 0/0.
         (1.0 / (1.0 / self.n_pixels + variance + (1.0 / pmf - 1.0))).max(1.0)
     }
+}
+
+/// Where a camera sees the tangent plane of a vertex. `None` beyond its horizon.
+fn seen_on_plane(camera: &Camera, vertex: &Vertex, raster: [f64; 2]) -> Option<Point3> {
+    let sample = CameraSample {
+        raster,
+        time: 0.0,
+        lens: [0.5; 2],
+    };
+    let ray = camera.ray(&sample)?.ray;
+    let t = (vertex.p - ray.o).dot(vertex.ng) / ray.d.dot(vertex.ng);
+    (t > 0.0 && t.is_finite()).then(|| ray.at(t))
 }
