@@ -61,7 +61,7 @@ fn rays(pictures: &[Rendered]) -> f64 {
 }
 
 #[test]
-fn l12_one_bounce_under_spots_of_many_pixels_is_hardly_noisier_than_by_the_best_strategy() {
+fn l12_one_bounce_under_narrow_spots_is_hardly_noisier_than_by_the_best_strategy() {
     // From many pixels down to a part of one; the edge soft or hard.
     let cones = [
         (30.0, 10.0),
