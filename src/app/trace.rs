@@ -80,6 +80,12 @@ impl Writer<'_> {
                 let (distance, weight) = (self.length(t), rgb(weight));
                 format!("collides with the medium after {distance}, weight {weight}")
             }
+            Event::Lit { t } => {
+                format!(
+                    "looks at a point light from the fog after {}",
+                    self.length(t)
+                )
+            }
             Event::Met {
                 t,
                 target,

@@ -4,6 +4,7 @@ pub mod ambient_occlusion;
 pub mod bdpt;
 pub mod direct;
 mod direct_light;
+mod fog;
 pub mod footprint;
 pub mod mlt;
 pub mod path;

@@ -14,6 +14,7 @@
 use crate::camera::RayDifferential;
 use crate::ids::{LightId, MaterialId, MediumId};
 use crate::integrator::Counters;
+use crate::integrator::fog::FogSegment;
 use crate::integrator::footprint::texture_context;
 use crate::integrator::subsurface::{Entry, sample_exit};
 use crate::integrator::trace::{Event, Observer};
@@ -129,6 +130,12 @@ impl Path {
             if VOLUMETRIC && state.medium.is_some() {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
                 let medium = world.medium(state.medium);
+                let fog = FogSegment::new(world, medium, &state.ray, t_max, state.beta);
+                if let Some(fog) = &fog
+                    && state.bounces < self.max_depth
+                {
+                    state.light_fog(fog, hit.as_ref());
+                }
                 match medium.sample(&state.ray, t_max, state.beta, &mut state.rng) {
                     MediumEvent::Pass { weight } => {
                         state.beta *= weight;
@@ -154,7 +161,7 @@ impl Path {
                         let t = hit.map_or(t, |hit| stay_inside(world, &state.ray, t, &hit));
                         state.see(|_| Event::Collided { t, weight });
                         let phase = medium.phase();
-                        state.scatter_in_medium(t, phase);
+                        state.scatter_in_medium(t, phase, fog.as_ref());
                         continue;
                     }
                 }
@@ -350,8 +357,19 @@ impl<O: Observer> State<'_, O> {
         });
     }
 
-    /// Scatters in the current medium at distance `t`.
-    fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein) {
+    /// Adds light of a point that is scattered on the segment before the path goes on, at a distance of its own.
+    fn light_fog(&mut self, fog: &FogSegment<'_>, hit: Option<&Hit>) {
+        let (u_light, u) = (self.rng.uniform_fine(), self.rng.uniform());
+        let (world, ray, medium) = (self.world, self.ray, self.medium);
+        let place = |t| hit.map_or(t, |hit| stay_inside(world, &ray, t, hit));
+        if let Some(light) = fog.sample(u_light, u, place) {
+            self.see(|_| Event::Lit { t: light.t });
+            self.add_light::<true>(&light.sample, light.f, light.weight, medium);
+        }
+    }
+
+    /// Scatters in the current medium at distance `t`; `fog` is the segment if light of points is looked for along it.
+    fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein, fog: Option<&FogSegment<'_>>) {
         let p = self.ray.at(t);
         let wo = -self.ray.d;
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
@@ -363,10 +381,12 @@ impl<O: Observer> State<'_, O> {
         };
         if !phase.is_delta() {
             let medium = self.medium;
-            if let Some(sample) = self.world.sample_light(&at, u_light, u) {
+            if let Some((light, pmf)) = self.world.choose_light(&at, u_light)
+                && let Some(sample) = self.world.sample_on_light(light, pmf, &at, u)
+            {
                 let density = phase.p(wo, sample.wi);
                 let weight = if sample.is_delta {
-                    1.0
+                    fog.map_or(1.0, |fog| fog.weight_by_extinction(t, p, light, pmf))
                 } else {
                     power_heuristic(sample.pdf, density)
                 };

@@ -65,6 +65,11 @@ pub enum Event {
         /// Factor of the throughput.
         weight: Rgb,
     },
+    /// Light of a point is sampled on the segment, apart from where the path goes on.
+    Lit {
+        /// Distance along the segment.
+        t: f32,
+    },
     /// It met a surface.
     Met {
         /// Distance along the segment.

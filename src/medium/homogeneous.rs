@@ -18,6 +18,8 @@ use crate::spectrum::Rgb;
 pub struct Homogeneous {
     sigma_t: Rgb,
     sigma_s: Rgb,
+    /// Mean free path of the channel that light goes furthest in, of those that scatter; 0 if none does.
+    pub mean_free_path: f32,
     /// Phase function.
     pub phase: HenyeyGreenstein,
 }
@@ -31,9 +33,15 @@ pub(super) fn beer_lambert(sigma: Rgb, t: f32) -> Rgb {
 impl Homogeneous {
     /// Coefficients are non-negative and finite, per unit of render space.
     pub fn new(sigma_a: Rgb, sigma_s: Rgb, phase: HenyeyGreenstein) -> Self {
+        let sigma_t = sigma_a + sigma_s;
+        let least = (0..3)
+            .filter(|&channel| sigma_s[channel] > 0.0)
+            .map(|channel| sigma_t[channel])
+            .fold(f32::INFINITY, f32::min);
         Self {
-            sigma_t: sigma_a + sigma_s,
+            sigma_t,
             sigma_s,
+            mean_free_path: 1.0 / least,
             phase,
         }
     }
@@ -44,6 +52,27 @@ impl Homogeneous {
 
     pub(super) fn transmittance(&self, t_max: f32) -> Rgb {
         beer_lambert(self.sigma_t, t_max)
+    }
+
+    /// Whether it scatters at all.
+    pub fn scatters(&self) -> bool {
+        !self.sigma_s.is_black()
+    }
+
+    /// What reaches the distance `t` and is scattered there, per length.
+    #[inline]
+    pub fn scattered_at(&self, t: f32) -> Rgb {
+        self.sigma_s * beer_lambert(self.sigma_t, t)
+    }
+
+    /// Density per length with which [`Medium::sample`](crate::medium::Medium::sample) draws the distance `t` for a path
+    /// of throughput `beta`.
+    #[inline]
+    pub fn pdf(&self, t: f32, beta: Rgb) -> f32 {
+        dot(
+            channel_weights(beta),
+            self.sigma_t * beer_lambert(self.sigma_t, t),
+        )
     }
 
     /// Draws a distance by the extinction of one channel and weighs it by all of them (the balance heuristic over

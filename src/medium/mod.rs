@@ -59,6 +59,11 @@ impl Medium {
         }
     }
 
+    /// Whether it is the same everywhere, and scatters.
+    pub fn is_fog(&self) -> bool {
+        matches!(self, Self::Homogeneous(medium) if medium.scatters())
+    }
+
     /// Draws what happens to a path of throughput `beta` on the segment (0, `t_max`) of the ray; `t_max` may be ∞.
     ///
     /// Unbiased for each channel. `beta` decides only which channel guides the choice.

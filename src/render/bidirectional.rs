@@ -72,7 +72,9 @@ impl<'a> Bidirectional<'a> {
             strategies: strategies.map(|films| films.start_block(task.block)),
         };
         let mut report = RenderReport::default();
-        let mut tracer = Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth);
+        let n_pixels = self.job.film.resolution.map(u64::from).iter().product();
+        let mut tracer = Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth)
+            .over_pixels(n_pixels);
         let block = task.block;
         for y in block.y0..block.y0 + block.height as i32 {
             for x in block.x0..block.x0 + block.width as i32 {

@@ -4,6 +4,7 @@
 
 pub mod alias;
 pub mod cumulative;
+pub mod equiangular;
 pub mod mis;
 pub mod rng;
 pub mod warp;

@@ -15,6 +15,7 @@ pub use crate::accel::RayShear;
 use crate::accel::TriangleHit;
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Transform, Vec3};
+use curve::CurveStyle;
 pub use curve::Curves;
 pub use mesh::Mesh;
 pub use quadric::Quadric;
@@ -170,6 +171,14 @@ pub enum Emission {
 }
 
 impl Shape {
+    /// Whether it turns toward the ray that meets it: from the two ends of a segment different surfaces are seen.
+    pub fn faces_rays(&self) -> bool {
+        match self {
+            Self::Curves(curves) => curves.style() != CurveStyle::Ribbon,
+            Self::Mesh(_) | Self::Quadric(_) => false,
+        }
+    }
+
     /// Number of elements, the units of intersection and of light sampling.
     pub fn n_elements(&self) -> usize {
         match self {

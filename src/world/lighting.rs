@@ -105,6 +105,20 @@ impl World {
         self.light_selection.pmf(at, light)
     }
 
+    /// Chooses a light that is a point by `u` in [0, 1), before a receiver is known: the light and its probability.
+    /// There is one where [`Facts::has_points_in_fog`](crate::world::Facts::has_points_in_fog).
+    #[inline]
+    pub fn choose_point_light(&self, u: f64) -> Option<(LightId, f32)> {
+        let (index, pmf) = self.point_choice.sample(u)?;
+        Some((LightId::new(index), pmf))
+    }
+
+    /// Probability with which [`World::choose_point_light`] chooses `light`; 0 if it is no point.
+    #[inline]
+    pub fn point_light_pmf(&self, light: LightId) -> f32 {
+        self.point_choice.pmf(light.index())
+    }
+
     /// Chooses a light by `u_light` and a point on it by `u`. `None` where nothing can arrive.
     pub fn sample_light(&self, at: &Receiver, u_light: f64, u: [f32; 2]) -> Option<LightSample> {
         let (light, pmf) = self.choose_light(at, u_light)?;

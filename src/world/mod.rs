@@ -14,7 +14,7 @@ pub mod selection;
 
 use crate::accel::{Bvh, RayShear};
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
-use crate::light::Light;
+use crate::light::{Light, LightChoice};
 use crate::material::Materials;
 use crate::math::error::offset_origin;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
@@ -84,6 +84,8 @@ pub struct Facts {
     pub has_shadow_holes: bool,
     /// Some instance moves.
     pub has_motion: bool,
+    /// Some light is a point, and some homogeneous medium scatters.
+    pub has_points_in_fog: bool,
 }
 
 /// Parts of a world, ready to be frozen.
@@ -128,6 +130,8 @@ pub struct World {
     light_samples: Vec<u32>,
     infinite_lights: Vec<LightId>,
     light_selection: LightSelection,
+    /// Among lights that are points, where [`Facts::has_points_in_fog`].
+    point_choice: LightChoice,
     camera_medium: MediumId,
     objects: Vec<Object>,
     instances: Vec<Instance>,
@@ -168,6 +172,8 @@ impl World {
                 .instances
                 .iter()
                 .any(|i| !i.render_from_object.is_still()),
+            has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
+                && parts.media.iter().any(Medium::is_fog),
         };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
@@ -194,6 +200,7 @@ impl World {
             light_samples: parts.light_samples,
             infinite_lights,
             light_selection: LightSelection::default(),
+            point_choice: LightChoice::default(),
             camera_medium: parts.camera_medium,
             objects,
             instances: parts.instances,
@@ -204,6 +211,9 @@ impl World {
         };
         world.horizon = (2.0 * world.bounding_sphere().1) as f32;
         world.light_selection = world.light_selection(parts.light_strategy);
+        if world.facts.has_points_in_fog {
+            world.point_choice = world.point_choice();
+        }
         world
     }
 

@@ -121,6 +121,18 @@ impl World {
         }
     }
 
+    /// A choice among the lights that are points, for segments of paths, before the receiver is known: half by power,
+    /// half evenly.
+    pub(super) fn point_choice(&self) -> LightChoice {
+        let mut weights = self.light_weights(LightStrategy::Spatial);
+        for (weight, light) in weights.iter_mut().zip(&self.lights) {
+            if light.position().is_none() {
+                *weight = 0.0;
+            }
+        }
+        LightChoice::new(&weights)
+    }
+
     /// The choice by a strategy.
     pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
         let weights = self.light_weights(strategy);

@@ -98,6 +98,33 @@ fn l11_a_finite_lens_sees_the_same_from_both_ends() {
     assert_agree(PATH, camera, &world, "bright beyond an edge");
 }
 
+/// Flat and round curves turn toward the ray that meets them. Nothing is near: rays leave a curve two widths away from it,
+/// and what they pass depends on where they start.
+#[test]
+fn curves_of_every_style_look_the_same_from_both_ends() {
+    for (style, normal) in [
+        ("flat", ""),
+        ("cylinder", ""),
+        ("ribbon", "\"normal N\" [.4 .2 -1  -.3 .1 -1]"),
+    ] {
+        let curve = format!(
+            "Material \"matte\" \"rgb Kd\" [.8 .6 .5]\n\
+             Shape \"curve\" \"string type\" \"{style}\" {normal} \"float width\" .8 \
+             \"point3 P\" [-.6 -.4 0  0 .3 0  .3 .6 0  .2 1.6 0]\n"
+        );
+        for (name, light) in LIGHTS {
+            if matches!(*name, "point" | "distant" | "infinite") {
+                assert_agree(
+                    PATH,
+                    CAMERA,
+                    &format!("{light}{curve}"),
+                    &format!("{style}, {name}"),
+                );
+            }
+        }
+    }
+}
+
 #[test]
 fn placements_that_stretch_space_see_the_same_from_both_ends() {
     let world = format!("{ROOM}{}", LIGHTS[0].1);

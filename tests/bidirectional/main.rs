@@ -7,6 +7,7 @@ mod scene;
 
 mod agreement;
 mod invariance;
+mod narrow_spots;
 mod setup;
 mod stopping;
 mod strategies;

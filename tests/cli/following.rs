@@ -57,7 +57,7 @@ fn a_log_names_media_and_shows_every_kind_of_event() {
     let room = Room::new();
     room.put("fog.pbrt", FOG);
     let mut log = String::new();
-    for i in 0..32 {
+    for i in 0..64 {
         let line = format!("fog.pbrt --pixel {},8 --sample {}", i % 16, i / 16);
         log += &room.run(&line).ends_with(0).stdout;
     }

@@ -5,6 +5,7 @@ use tyndall::compile::CompileOptions;
 use tyndall::integrator::Counters;
 use tyndall::render::Job;
 use tyndall::sampler::Sampler;
+use tyndall::sampling::rng::Rng;
 use tyndall_test_support::z_test::Mean;
 
 use super::scene::compile_scene;
@@ -41,17 +42,25 @@ impl Probe {
     /// `n` samples, independent of each other: each has a seed of its own.
     #[track_caller]
     pub(crate) fn samples(&self, n: u32) -> Vec<[f32; 3]> {
+        self.samples_within(0.0, 0, n)
+    }
+
+    /// The same from a square around the axis with a `side` in pixels; seeds begin with `first`.
+    #[track_caller]
+    pub(crate) fn samples_within(&self, side: f32, first: u32, n: u32) -> Vec<[f32; 3]> {
         let mut counters = Counters::default();
-        let axis = CameraSample {
-            raster: [0.5, 0.5],
-            time: 0.0,
-            lens: [0.5, 0.5],
-        };
-        let ray = self.job.camera.ray(&axis).expect("a pinhole").ray;
-        let differential = self.job.camera.differential(&axis, 1.0).expect("a pinhole");
-        let samples = (0..n)
+        let samples = (first..first + n)
             .map(|seed| {
                 let mut sampler = Sampler::new(seed.into(), [0, 0], 0);
+                let mut place = Rng::new(!u64::from(seed));
+                let taken = CameraSample {
+                    raster: place.uniform2().map(|u| f64::from(0.5 + side * (u - 0.5))),
+                    time: 0.0,
+                    lens: [0.5, 0.5],
+                };
+                let camera = &self.job.camera;
+                let ray = camera.ray(&taken).expect("a pinhole").ray;
+                let differential = camera.differential(&taken, 1.0).expect("a pinhole");
                 let (world, ray) = (&self.job.world, ray);
                 self.job
                     .integrator

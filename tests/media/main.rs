@@ -13,6 +13,7 @@ mod boundaries;
 mod furnace;
 mod multiple_scattering;
 mod nebula;
+mod points_in_fog;
 mod single_scattering;
 mod transmittance;
 mod vectors;

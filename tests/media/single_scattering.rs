@@ -25,7 +25,7 @@ struct Light {
     seen_from: Box<dyn Fn(V) -> Vec<Ray>>,
 }
 
-fn henyey_greenstein(g: f64, cos: f64) -> f64 {
+pub(crate) fn henyey_greenstein(g: f64, cos: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * (1.0 + g * g - 2.0 * g * cos).powf(1.5))
 }
 

@@ -34,12 +34,14 @@ impl Tracer<'_> {
             emitted,
             is_delta_light: false,
             reaches_film,
+            steadiness: 1.0,
         };
         self.densities.clear();
         self.densities.push(Density {
             light: 0.0,
             camera: pdf_own,
             specular: false,
+            one_way: false,
         });
         self.push_camera_path(n_before);
         self.densities[1].light = other;
@@ -71,11 +73,18 @@ impl Tracer<'_> {
             return Contribution::NONE;
         }
         let (emitted, other) = self.emission_densities(light, sample.p, sample.ng, vertex, -wi);
+        let direct = self.direct_density(light, sample.p, sample.ng, vertex, wi);
+        let steadiness = if t == 2 && reaches_film {
+            self.steadiness(light, vertex, direct)
+        } else {
+            1.0
+        };
         let ends = Ends {
-            direct: self.direct_density(light, sample.p, sample.ng, vertex, wi),
+            direct,
             emitted,
             is_delta_light: sample.is_delta,
             reaches_film,
+            steadiness,
         };
         let kind = Kind::of_light(self.world, light);
         let mut on_light = Vertex::start(kind, sample.p, vertex.medium);
@@ -88,6 +97,7 @@ impl Tracer<'_> {
             light: 0.0,
             camera,
             specular: false,
+            one_way: false,
         });
         self.push_camera_path(t);
         self.densities[1].light = other;
@@ -179,7 +189,12 @@ impl Tracer<'_> {
         let medium = self.world.camera_medium();
         let lens = Vertex::start(Kind::Camera, arrival.p, medium);
         let segment = lens.segment_to(vertex, self.time);
-        let ends = self.light_ends(true);
+        let mut ends = self.light_ends(true);
+        if s == 2
+            && let Kind::Light(light) | Kind::FarLight(light) = self.light_path[0].kind
+        {
+            ends.steadiness = self.steadiness(light, vertex, ends.direct);
+        }
         self.push_light_path(s);
         self.densities[s - 1].camera = from_camera;
         self.densities[s - 1].specular = false;
@@ -188,6 +203,7 @@ impl Tracer<'_> {
             light: 0.0,
             camera: 0.0,
             specular: false,
+            one_way: false,
         });
         let importance = arrival.pdf_w / d.length_squared();
         let weighted_factor = weight(&self.densities, &ends, s) * importance;
@@ -225,6 +241,7 @@ impl Tracer<'_> {
             emitted,
             is_delta_light,
             reaches_film,
+            steadiness: 1.0,
         }
     }
 
@@ -236,6 +253,7 @@ impl Tracer<'_> {
             light: vertex.pdf_own,
             camera: vertex.pdf_other,
             specular: vertex.specular,
+            one_way: vertex.one_way,
         }));
     }
 
@@ -246,6 +264,7 @@ impl Tracer<'_> {
             light: vertex.pdf_other,
             camera: vertex.pdf_own,
             specular: vertex.specular,
+            one_way: vertex.one_way,
         }));
     }
 

@@ -21,6 +21,7 @@
 //! is left out, as in pbrt-v3.
 
 mod connect;
+mod steadiness;
 mod strategy;
 mod subpath;
 mod vertex;
@@ -97,13 +98,17 @@ impl Numbers for Sampler {
 pub struct Emitters {
     choice: LightChoice,
     infinite: Vec<LightId>,
+    /// Some light has an extent: paths may meet it by chance.
+    any_met: bool,
 }
 
 impl Emitters {
     /// The lights of a world.
     pub fn new(world: &World, strategy: LightStrategy) -> Self {
         let is_infinite = |id: &LightId| matches!(world.light(*id), Light::Infinite(_));
+        let has_extent = |light: &Light| matches!(light, Light::Area(_) | Light::Infinite(_));
         Self {
+            any_met: (0..world.n_lights()).any(|i| has_extent(world.light(LightId::new(i)))),
             choice: world.light_choice(strategy),
             infinite: (0..world.n_lights())
                 .map(LightId::new)
@@ -121,6 +126,8 @@ pub struct Tracer<'a> {
     /// The camera, if light can be followed to it.
     film: Option<&'a Camera>,
     max_depth: usize,
+    /// Pixels that have camera paths of their own each; 1 where film positions are drawn freely.
+    n_pixels: f64,
     camera_path: Vec<Vertex<'a>>,
     /// Lights that the camera path meets.
     ends: Vec<End>,
@@ -147,6 +154,7 @@ impl<'a> Tracer<'a> {
             emitters,
             film: film.filter(|camera| camera.receives_light()),
             max_depth: max_depth as usize,
+            n_pixels: 1.0,
             camera_path: Vec::new(),
             ends: Vec::new(),
             light_path: Vec::new(),
@@ -155,6 +163,14 @@ impl<'a> Tracer<'a> {
             time: 0.0,
             rng: Rng::new(0),
             counters: Counters::default(),
+        }
+    }
+
+    /// For camera paths that are shared out evenly among so many pixels of the full frame.
+    pub fn over_pixels(self, n_pixels: u64) -> Self {
+        Self {
+            n_pixels: n_pixels as f64,
+            ..self
         }
     }
 

@@ -78,7 +78,7 @@ impl<'a> Tracer<'a> {
             pdf: pdf_w,
             medium,
             limit,
-            looks_for_light,
+            looks_for_light: looks_for_light && self.emitters.any_met,
         };
         let mut path = std::mem::take(&mut self.camera_path);
         self.walk(head, &mut path, numbers);
@@ -182,7 +182,8 @@ impl<'a> Tracer<'a> {
             if head.looks_for_light {
                 self.meet_emitter(&head, &hit, &surface, path);
             }
-            let material = world.geometry(hit.target.geometry).material;
+            let geometry = world.geometry(hit.target.geometry);
+            let material = geometry.material;
             if !material.is_some() {
                 crossings += 1;
                 if crossings > world.max_crossings() {
@@ -196,7 +197,9 @@ impl<'a> Tracer<'a> {
                 head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
                 continue;
             }
-            if path.len() >= head.limit {
+            let one_way = geometry.shape.faces_rays();
+            // Seen from here it is not the surface that the camera sees.
+            if path.len() >= head.limit || one_way && matches!(head.from, Side::Light) {
                 return;
             }
             crossings = 0;
@@ -208,6 +211,7 @@ impl<'a> Tracer<'a> {
             (vertex.p_err, vertex.ng) = (surface.p_err, surface.ng);
             (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
             vertex.hit = Some(hit);
+            vertex.one_way = one_way;
             if !self.scatter(&mut head, path, vertex, numbers) {
                 return;
             }

@@ -29,6 +29,8 @@ pub(super) struct Vertex<'a> {
     pub(super) pdf_other: f64,
     /// Its own path goes on specularly.
     pub(super) specular: bool,
+    /// A surface that no path from a light gets to, since it turns toward whoever looks.
+    pub(super) one_way: bool,
     /// Where its own path met a surface.
     pub(super) hit: Option<Hit>,
     /// The medium in which its own path arrived.
@@ -81,6 +83,7 @@ impl<'a> Vertex<'a> {
             pdf_own: 0.0,
             pdf_other: 0.0,
             specular: false,
+            one_way: false,
             hit: None,
             medium,
         }
