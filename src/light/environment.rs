@@ -7,6 +7,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::ParallelSliceMut;
 
 use crate::image::Image;
+use crate::light::outline::{Outline, Outlined};
 use crate::light::patch_choice::{Drawn, PatchChoice, Weight};
 use crate::spectrum::Rgb;
 
@@ -24,6 +25,7 @@ pub(super) struct EnvironmentMap {
     width: usize,
     height: usize,
     choice: PatchChoice,
+    outline: Outline,
     /// Mean of sin θ over each row of patches.
     sines: Vec<f32>,
     /// 1 / mean over the unit square of luminance times sine.
@@ -36,16 +38,24 @@ pub(super) struct EnvironmentMap {
 pub(super) struct MapSample {
     /// Unit direction, map space.
     pub(super) direction: Vec3A,
+    /// An estimate, see [`Outline`].
     pub(super) radiance: Rgb,
     /// Density in sr⁻¹.
     pub(super) pdf_w: f32,
 }
 
-/// The four corners of a patch and a place in it.
+/// The four corners of a patch.
 struct Patch {
     corners: [Rgb; 4],
+}
+
+/// A place in a patch.
+struct Place {
     column: usize,
     row: usize,
+    /// In [0, 1]².
+    at: [f32; 2],
+    sin_theta: f32,
 }
 
 impl Patch {
@@ -108,6 +118,7 @@ impl EnvironmentMap {
         Some(Self {
             inverse_mean: (1.0 / choice.mean()) as f32,
             choice,
+            outline: Outline::new(width, height, |x, y| texels[y * width + x]),
             sines: sines.iter().map(|&s| s as f32).collect(),
             texels,
             width,
@@ -132,17 +143,13 @@ impl EnvironmentMap {
             texel(column, y1),
             texel(x1, y1),
         ];
-        Patch {
-            corners,
-            column,
-            row,
-        }
+        Patch { corners }
     }
 
     /// The patch a direction lies in, and where. At the poles the top and the bottom row of texels blend, as in
     /// pbrt-v3, whose maps repeat in both directions.
     #[inline]
-    fn locate(&self, w: Vec3A) -> (Patch, f32, f32, f32) {
+    fn locate(&self, w: Vec3A) -> Place {
         let sin_theta = (w.x * w.x + w.y * w.y).sqrt();
         let s = w.y.atan2(w.x) * (0.5 * FRAC_1_PI);
         let t = sin_theta.atan2(w.z) * FRAC_1_PI;
@@ -155,58 +162,86 @@ impl EnvironmentMap {
             ((wrapped as usize).min(n - 1), x - floor)
         };
         let ((column, x), (row, y)) = (place(s, self.width), place(t, self.height));
-        (self.patch(column, row), x, y, sin_theta)
+        Place {
+            column,
+            row,
+            at: [x, y],
+            sin_theta,
+        }
     }
 
-    /// Density in sr⁻¹ at a place of a patch.
+    /// The look-up.
     #[inline]
-    fn pdf_w(&self, patch: &Patch, value: Rgb, sin_theta: f32) -> f32 {
-        if sin_theta <= 0.0 {
-            return 0.0; // A pole: no solid angle.
-        }
-        let pdf_st = match self.choice.even_density(patch.column, patch.row) {
-            Some(density) => density,
-            None => value.luminance() * self.sines[patch.row] * self.inverse_mean,
+    fn exact(&self, place: &Place) -> Rgb {
+        let [x, y] = place.at;
+        self.patch(place.column, place.row).value(x, y)
+    }
+
+    /// The look-up on average over `bits`, and density in sr⁻¹.
+    #[inline]
+    fn value_and_pdf(&self, place: &Place, bits: u64) -> (Rgb, f32) {
+        let (value, pdf_st) = match self.choice.even_density(place.column, place.row) {
+            Some(density) => (self.outlined(place, bits), density),
+            None => {
+                let value = self.exact(place);
+                let density = value.luminance() * self.sines[place.row] * self.inverse_mean;
+                (value, density)
+            }
         };
-        pdf_st / (2.0 * PI * PI * sin_theta)
+        if place.sin_theta <= 0.0 {
+            return (value, 0.0); // A pole: no solid angle.
+        }
+        (value, pdf_st / (2.0 * PI * PI * place.sin_theta))
+    }
+
+    /// The look-up on average over `bits`.
+    #[inline]
+    fn outlined(&self, place: &Place, bits: u64) -> Rgb {
+        match self.outline.value(place.column, place.row, place.at, bits) {
+            Outlined::Certain(value) => value,
+            Outlined::Ask { outline, chance } => {
+                outline + (self.exact(place) - outline) * (1.0 / chance)
+            }
+        }
     }
 
     /// Radiance from a unit direction of map space: z is up and the top row, +x is the left edge.
     #[inline]
     pub(super) fn radiance(&self, w: Vec3A) -> Rgb {
-        let (patch, x, y, _) = self.locate(w);
-        patch.value(x, y)
+        self.exact(&self.locate(w))
     }
 
-    /// Radiance and sampling density in sr⁻¹ of a unit direction.
+    /// An estimate of the radiance from a unit direction, see [`Outline`], and the sampling density in sr⁻¹.
     #[inline]
     pub(super) fn radiance_and_pdf(&self, w: Vec3A) -> (Rgb, f32) {
-        let (patch, x, y, sin_theta) = self.locate(w);
-        let value = patch.value(x, y);
-        (value, self.pdf_w(&patch, value, sin_theta))
+        let bits = u64::from(w.x.to_bits()) << 32 | u64::from(w.y.to_bits());
+        self.value_and_pdf(&self.locate(w), bits)
     }
 
     /// Draws a direction.
     #[inline]
     pub(super) fn sample(&self, u: [f32; 2]) -> Option<MapSample> {
-        let (patch, [x, y]) = match self.choice.sample(u) {
-            Drawn::Point { column, row, at } => (self.patch(column, row), at),
-            Drawn::Patch { column, row, u } => {
-                let patch = self.patch(column, row);
-                let at = patch.sample(u);
-                (patch, at)
-            }
+        let (column, row, at) = match self.choice.sample(u) {
+            Drawn::Point { column, row, at } => (column, row, at),
+            Drawn::Patch { column, row, u } => (column, row, self.patch(column, row).sample(u)),
         };
-        let value = patch.value(x, y);
-        let t = (patch.row as f32 + 0.5 + y) / self.height as f32;
+        let [x, y] = at;
+        let t = (row as f32 + 0.5 + y) / self.height as f32;
         let t = if t > 1.0 { t - 1.0 } else { t };
-        let s = (patch.column as f32 + 0.5 + x) / self.width as f32;
+        let s = (column as f32 + 0.5 + x) / self.width as f32;
         let (sin_theta, cos_theta) = (t * PI).sin_cos();
         let (sin_phi, cos_phi) = (s * TAU).sin_cos();
-        let pdf_w = self.pdf_w(&patch, value, sin_theta);
+        let place = Place {
+            column,
+            row,
+            at,
+            sin_theta,
+        };
+        let bits = u64::from(u[0].to_bits()) << 32 | u64::from(u[1].to_bits());
+        let (radiance, pdf_w) = self.value_and_pdf(&place, bits);
         (pdf_w > 0.0).then(|| MapSample {
             direction: Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta),
-            radiance: value,
+            radiance,
             pdf_w,
         })
     }
