@@ -3,8 +3,6 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
-use rayon::slice::ParallelSliceMut;
 
 use crate::image::Image;
 use crate::light::outline::{Outline, Outlined};
@@ -79,15 +77,10 @@ impl EnvironmentMap {
     /// From an image with non-negative, finite texels. `None` if all are black.
     pub(super) fn new(map: &Image) -> Option<Self> {
         let (width, height) = (map.width(), map.height());
-        let mut texels = vec![[0.0; 3]; width * height];
-        texels
-            .par_chunks_exact_mut(width)
-            .enumerate()
-            .for_each(|(y, line)| {
-                for (x, texel) in line.iter_mut().enumerate() {
-                    *texel = map.rgb(x, y).to_array();
-                }
-            });
+        let texels: Vec<[f32; 3]> = match map.data().as_chunks() {
+            (texels, []) if map.channels() == 3 => texels.to_vec(),
+            _ => map.data().iter().map(|&value| [value; 3]).collect(),
+        };
         // Row j of patches spans polar angles (j + ½) π / h to (j + 3/2) π / h; the last one wraps over both poles.
         let step = std::f64::consts::PI / height as f64;
         let sines: Vec<f64> = (0..height)
@@ -99,18 +92,18 @@ impl EnvironmentMap {
                 }
             })
             .collect();
-        let luminance = |x: usize, y: usize| {
-            Rgb::from_array(texels[(y % height) * width + x % width]).luminance() as f64
-        };
+        let luminances: Vec<f32> = texels
+            .iter()
+            .map(|&texel| Rgb::from_array(texel).luminance())
+            .collect();
+        let line = |y: usize| &luminances[y * width..][..width];
         let choice = PatchChoice::new(width, height, |x, y| {
-            let corners = [
-                luminance(x, y),
-                luminance(x + 1, y),
-                luminance(x, y + 1),
-                luminance(x + 1, y + 1),
-            ];
+            let (x1, y1) = (next(x, width), next(y, height));
+            let (above, below) = (line(y), line(y1));
+            let corners = [above[x], above[x1], below[x], below[x1]].map(f64::from);
+            let [a, b, c, d] = corners;
             Weight {
-                mean: 0.25 * corners.iter().sum::<f64>() * sines[y],
+                mean: 0.25 * (a + b + c + d) * sines[y],
                 peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
             }
         })?;
@@ -118,7 +111,7 @@ impl EnvironmentMap {
         Some(Self {
             inverse_mean: (1.0 / choice.mean()) as f32,
             choice,
-            outline: Outline::new(width, height, |x, y| texels[y * width + x]),
+            outline: Outline::new(width, height, &texels),
             sines: sines.iter().map(|&s| s as f32).collect(),
             texels,
             width,
@@ -134,7 +127,6 @@ impl EnvironmentMap {
 
     #[inline]
     fn patch(&self, column: usize, row: usize) -> Patch {
-        let next = |i: usize, n: usize| if i + 1 == n { 0 } else { i + 1 };
         let (x1, y1) = (next(column, self.width), next(row, self.height));
         let texel = |x: usize, y: usize| Rgb::from_array(self.texels[y * self.width + x]);
         let corners = [
@@ -245,6 +237,12 @@ impl EnvironmentMap {
             pdf_w,
         })
     }
+}
+
+/// The index after `i` of `n` that repeat.
+#[inline]
+fn next(i: usize, n: usize) -> usize {
+    if i + 1 == n { 0 } else { i + 1 }
 }
 
 /// Draws from a density on [0, 1] that runs linearly from `a` to `b`, both non-negative.

@@ -43,17 +43,15 @@ pub(super) enum Outlined {
 
 impl Outline {
     /// Of a map of `width` × `height` non-negative texels that repeats in both directions.
-    pub(super) fn new(
-        width: usize,
-        height: usize,
-        texel: impl Fn(usize, usize) -> [f32; 3] + Sync,
-    ) -> Self {
+    pub(super) fn new(width: usize, height: usize, texels: &[[f32; 3]]) -> Self {
         let side = width.div_ceil(CELLS);
         let [n_columns, n_rows] = [width, height].map(|n| n.div_ceil(side));
-        let wrapped = |x: usize, y: usize| texel(x % width, y % height);
+        let line = |y: usize| &texels[y % height * width..][..width];
         let corners = (0..=n_rows)
-            .flat_map(|row| (0..=n_columns).map(move |column| (column, row)))
-            .map(|(column, row)| wrapped((column * side).min(width), (row * side).min(height)))
+            .map(|row| line((row * side).min(height)))
+            .flat_map(|line| {
+                (0..=n_columns).map(move |column| line[(column * side).min(width) % width])
+            })
             .collect();
         let mut outline = Self {
             width,
@@ -63,33 +61,39 @@ impl Outline {
             chances: Vec::new(),
         };
         // Between texels both are bilinear: the difference is largest, relative to the outline, at one of them.
+        let spread = |cell: usize| {
+            let (left, top) = (cell % n_columns * side, cell / n_columns * side);
+            let right = (left + side).min(width);
+            let mut spread = 0f32;
+            for y in top..=(top + side).min(height) {
+                let line = line(y);
+                let [_, v] = outline.place(left, top, 0.0, (y - top) as f32);
+                let [from, to] = outline.across(cell, v);
+                let texels = line[left..right].iter().chain([&line[right % width]]);
+                for (x, &texel) in texels.enumerate() {
+                    let [u, _] = outline.place(left, top, x as f32, 0.0);
+                    let near = from * (1.0 - u) + to * u;
+                    for (near, exact) in near.to_array().into_iter().zip(texel) {
+                        if near != exact {
+                            // Infinite, or no number, where nothing is relative to anything.
+                            let off = (exact - near).abs() / near;
+                            spread = spread.max(if off < 1.0 { off } else { 1.0 });
+                        }
+                    }
+                }
+                if spread * CHANCE_PER_SPREAD > SMOOTH_BELOW {
+                    return 1.0;
+                }
+            }
+            spread
+        };
         outline.chances = (0..n_columns * n_rows)
             .into_par_iter()
             .with_min_len(n_columns)
-            .map(|cell| {
-                let (left, top) = (cell % n_columns * side, cell / n_columns * side);
-                let mut spread = 0f32;
-                for y in top..=(top + side).min(height) {
-                    for x in left..=(left + side).min(width) {
-                        let [u, v] = outline.place(left, top, (x - left) as f32, (y - top) as f32);
-                        let near = outline.bilinear(cell, u, v).to_array();
-                        for (near, exact) in near.into_iter().zip(wrapped(x, y)) {
-                            if near != exact {
-                                // Infinite, or no number, where nothing is relative to anything.
-                                let off = (exact - near).abs() / near;
-                                spread = spread.max(if off < 1.0 { off } else { 1.0 });
-                            }
-                        }
-                    }
-                    if spread * CHANCE_PER_SPREAD > SMOOTH_BELOW {
-                        return 1.0;
-                    }
-                }
-                if spread == 0.0 {
-                    0.0
-                } else {
-                    (spread * CHANCE_PER_SPREAD).max(LEAST_CHANCE)
-                }
+            .map(|cell| match CHANCE_PER_SPREAD * spread(cell) {
+                0.0 => 0.0,
+                chance if chance <= SMOOTH_BELOW => chance.max(LEAST_CHANCE),
+                _ => 1.0,
             })
             .collect();
         outline
@@ -104,14 +108,16 @@ impl Outline {
         ]
     }
 
+    /// The values at height `v` of a cell, at its left and its right edge.
     #[inline]
-    fn bilinear(&self, cell: usize, u: f32, v: f32) -> Rgb {
+    fn across(&self, cell: usize, v: f32) -> [Rgb; 2] {
         let n_columns = self.width.div_ceil(self.side);
-        let first = cell / n_columns * (n_columns + 1) + cell % n_columns;
-        let corner = |i: usize| Rgb::from_array(self.corners[first + i]);
-        let above = corner(0) * (1.0 - u) + corner(1) * u;
-        let below = corner(n_columns + 1) * (1.0 - u) + corner(n_columns + 2) * u;
-        above * (1.0 - v) + below * v
+        let above = cell / n_columns * (n_columns + 1) + cell % n_columns;
+        let below = above + n_columns + 1;
+        [0, 1].map(|i| {
+            Rgb::from_array(self.corners[above + i]) * (1.0 - v)
+                + Rgb::from_array(self.corners[below + i]) * v
+        })
     }
 
     /// The value at (`x`, `y`) in [0, 1]² between four texels, of which the first is (`column`, `row`). `bits` decide
@@ -134,7 +140,8 @@ impl Outline {
             (column - left) as f32 + x,
             (row - top) as f32 + y,
         );
-        let outline = self.bilinear(cell, u, v);
+        let [from, to] = self.across(cell, v);
+        let outline = from * (1.0 - u) + to * u;
         if unit_f32((mix_bits(bits) >> 32) as u32) < chance {
             Outlined::Ask { outline, chance }
         } else {
@@ -165,7 +172,10 @@ mod tests {
 
     #[test]
     fn values_are_right_on_average_and_nearly_so_each_time() {
-        let outline = Outline::new(WIDTH, HEIGHT, texel);
+        let texels: Vec<_> = (0..WIDTH * HEIGHT)
+            .map(|i| texel(i % WIDTH, i / WIDTH))
+            .collect();
+        let outline = Outline::new(WIDTH, HEIGHT, &texels);
         let mut rng = Rng::new(5);
         let mut n_certain = 0;
         let n = 2000;

@@ -90,18 +90,14 @@ impl PatchChoice {
         let side = width.div_ceil(CELLS);
         let [n_columns, n_rows] = [width, height].map(|n| n.div_ceil(side));
         let span = |cell: usize, n: usize| cell * side..n.min((cell + 1) * side);
+        let weight = &weight;
+        // The rows of a cell, as iterators over weights.
         let weights_of = |cell: usize| {
             let (columns, rows) = (
                 span(cell % n_columns, width),
                 span(cell / n_columns, height),
             );
-            let weight = &weight;
-            rows.map(move |y| {
-                columns
-                    .clone()
-                    .map(move |x| weight(x, y))
-                    .collect::<Vec<Weight>>()
-            })
+            rows.map(move |y| columns.clone().map(move |x| weight(x, y)))
         };
         let summed: Vec<Summed> = (0..n_columns * n_rows)
             .into_par_iter()
@@ -111,12 +107,10 @@ impl PatchChoice {
                     largest: 0.0,
                     n_patches: 0,
                 };
-                for row in weights_of(cell) {
-                    for weight in &row {
-                        summed.sum += weight.mean;
-                        summed.largest = summed.largest.max(weight.peak);
-                    }
-                    summed.n_patches += row.len();
+                for weight in weights_of(cell).flatten() {
+                    summed.sum += weight.mean;
+                    summed.largest = summed.largest.max(weight.peak);
+                    summed.n_patches += 1;
                 }
                 summed
             })
@@ -133,8 +127,9 @@ impl PatchChoice {
         let tables = uneven
             .into_par_iter()
             .map(|cell| {
-                let means = |row: Vec<Weight>| row.iter().map(|weight| weight.mean).collect();
-                let rows: Vec<Vec<f64>> = weights_of(cell).map(means).collect();
+                let rows: Vec<Vec<f64>> = weights_of(cell)
+                    .map(|row| row.map(|weight| weight.mean).collect())
+                    .collect();
                 let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
                 Table {
                     rows: Cumulative::new(&sums),
