@@ -22,14 +22,51 @@ pub(super) struct EnvironmentMap {
     texels: Vec<[f32; 3]>,
     width: usize,
     height: usize,
-    choice: PatchChoice,
     outline: Outline,
     /// Mean of sin θ over each row of patches.
     sines: Vec<f32>,
-    /// 1 / mean over the unit square of luminance times sine.
-    inverse_mean: f32,
     mean: Rgb,
+    whole: Distribution,
+    facing: Distribution,
 }
+
+/// What a direction is sampled for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Purpose {
+    /// All light alike.
+    Whole,
+    /// What falls on a surface of this normal, map space, that scatters to this side only and finds light by itself as
+    /// well: more of what is bright, less of what is not. Nowhere is the density 0 for that.
+    Facing(Vec3A),
+}
+
+/// How directions are drawn.
+#[derive(Clone, Debug)]
+struct Distribution {
+    choice: PatchChoice,
+    emphasis: Emphasis,
+    /// 1 / mean over the unit square of emphasised luminance times sine.
+    inverse_mean: f32,
+}
+
+/// What a luminance counts: what exceeds `cut`, but never less than `least` of it.
+#[derive(Clone, Copy, Debug)]
+struct Emphasis {
+    cut: f32,
+    least: f32,
+}
+
+impl Emphasis {
+    #[inline]
+    fn of(self, luminance: f32) -> f32 {
+        (luminance - self.cut).max(self.least * luminance)
+    }
+}
+
+/// Part of the mean luminance that counts little where surfaces find light by themselves (after Karlík et al. 2019, *MIS
+/// Compensation*), and how little.
+const CUT: f32 = 0.5;
+const LEAST: f32 = 0.25;
 
 /// A direction drawn from the map.
 #[derive(Clone, Copy, Debug)]
@@ -63,10 +100,17 @@ impl Patch {
         (c00 * (1.0 - x) + c10 * x) * (1.0 - y) + (c01 * (1.0 - x) + c11 * x) * y
     }
 
-    /// A point in proportion to its luminance: first y, then x given y.
+    /// Bilinear between the emphasised luminances of the corners.
     #[inline]
-    fn sample(&self, u: [f32; 2]) -> [f32; 2] {
-        let [l00, l10, l01, l11] = self.corners.map(Rgb::luminance);
+    fn emphasised(&self, x: f32, y: f32, emphasis: Emphasis) -> f32 {
+        let [l00, l10, l01, l11] = self.corners.map(|c| emphasis.of(c.luminance()));
+        (l00 * (1.0 - x) + l10 * x) * (1.0 - y) + (l01 * (1.0 - x) + l11 * x) * y
+    }
+
+    /// A point in proportion to that: first y, then x given y.
+    #[inline]
+    fn sample(&self, u: [f32; 2], emphasis: Emphasis) -> [f32; 2] {
+        let [l00, l10, l01, l11] = self.corners.map(|c| emphasis.of(c.luminance()));
         let y = sample_linear(u[1], l00 + l10, l01 + l11);
         let x = sample_linear(u[0], l00 + y * (l01 - l00), l10 + y * (l11 - l10));
         [x, y]
@@ -96,27 +140,50 @@ impl EnvironmentMap {
             .iter()
             .map(|&texel| Rgb::from_array(texel).luminance())
             .collect();
-        let line = |y: usize| &luminances[y * width..][..width];
-        let choice = PatchChoice::new(width, height, |x, y| {
-            let (x1, y1) = (next(x, width), next(y, height));
-            let (above, below) = (line(y), line(y1));
-            let corners = [above[x], above[x1], below[x], below[x1]].map(f64::from);
-            let [a, b, c, d] = corners;
-            Weight {
-                mean: 0.25 * (a + b + c + d) * sines[y],
-                peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
-            }
-        })?;
         let mean = mean_over_sphere(&texels, width, &sines);
+        let direction = |[column, row]: [f64; 2]| {
+            // Patches begin at the centres of texels.
+            let (s, t) = ((column + 0.5) / width as f64, (row + 0.5) / height as f64);
+            direction(s as f32, t as f32).0
+        };
+        let distribution = |emphasis: Emphasis, heeds_normals: bool| {
+            let line = |y: usize| &luminances[y * width..][..width];
+            let weight = |x: usize, y: usize| {
+                let (x1, y1) = (next(x, width), next(y, height));
+                let (above, below) = (line(y), line(y1));
+                let corners = [above[x], above[x1], below[x], below[x1]]
+                    .map(|luminance| f64::from(emphasis.of(luminance)));
+                let [a, b, c, d] = corners;
+                Weight {
+                    mean: 0.25 * (a + b + c + d) * sines[y],
+                    peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
+                }
+            };
+            let choice = PatchChoice::new(width, height, weight, direction, heeds_normals)?;
+            Some(Distribution {
+                inverse_mean: (1.0 / choice.mean()) as f32,
+                choice,
+                emphasis,
+            })
+        };
+        let all = Emphasis {
+            cut: 0.0,
+            least: 1.0,
+        };
+        let bright = Emphasis {
+            cut: CUT * mean.luminance(),
+            least: LEAST,
+        };
+        let (whole, facing) = (distribution(all, false)?, distribution(bright, true)?);
         Some(Self {
-            inverse_mean: (1.0 / choice.mean()) as f32,
-            choice,
             outline: Outline::new(width, height, &texels),
             sines: sines.iter().map(|&s| s as f32).collect(),
             texels,
             width,
             height,
             mean,
+            whole,
+            facing,
         })
     }
 
@@ -169,15 +236,25 @@ impl EnvironmentMap {
         self.patch(place.column, place.row).value(x, y)
     }
 
-    /// The look-up on average over `bits`, and density in sr⁻¹.
     #[inline]
-    fn value_and_pdf(&self, place: &Place, bits: u64) -> (Rgb, f32) {
-        let (value, pdf_st) = match self.choice.even_density(place.column, place.row) {
+    fn distribution(&self, purpose: Purpose) -> (&Distribution, Option<Vec3A>) {
+        match purpose {
+            Purpose::Whole => (&self.whole, None),
+            Purpose::Facing(normal) => (&self.facing, Some(normal)),
+        }
+    }
+
+    /// The look-up on average over `bits`, and density in sr⁻¹ but for what a normal changes.
+    #[inline]
+    fn value_and_pdf(&self, place: &Place, bits: u64, distribution: &Distribution) -> (Rgb, f32) {
+        let (value, pdf_st) = match distribution.choice.even_density(place.column, place.row) {
             Some(density) => (self.outlined(place, bits), density),
             None => {
-                let value = self.exact(place);
-                let density = value.luminance() * self.sines[place.row] * self.inverse_mean;
-                (value, density)
+                let [x, y] = place.at;
+                let patch = self.patch(place.column, place.row);
+                let emphasised = patch.emphasised(x, y, distribution.emphasis);
+                let density = emphasised * self.sines[place.row] * distribution.inverse_mean;
+                (patch.value(x, y), density)
             }
         };
         if place.sin_theta <= 0.0 {
@@ -205,24 +282,31 @@ impl EnvironmentMap {
 
     /// An estimate of the radiance from a unit direction, see [`Outline`], and the sampling density in sr⁻¹.
     #[inline]
-    pub(super) fn radiance_and_pdf(&self, w: Vec3A) -> (Rgb, f32) {
+    pub(super) fn radiance_and_pdf(&self, w: Vec3A, purpose: Purpose) -> (Rgb, f32) {
         let bits = u64::from(w.x.to_bits()) << 32 | u64::from(w.y.to_bits());
-        self.value_and_pdf(&self.locate(w), bits)
+        let place = self.locate(w);
+        let (distribution, normal) = self.distribution(purpose);
+        let (value, pdf_w) = self.value_and_pdf(&place, bits, distribution);
+        let gain = distribution.choice.gain(place.column, place.row, normal);
+        (value, pdf_w * gain)
     }
 
     /// Draws a direction.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2]) -> Option<MapSample> {
-        let (column, row, at) = match self.choice.sample(u) {
+    pub(super) fn sample(&self, u: [f32; 2], purpose: Purpose) -> Option<MapSample> {
+        let (distribution, normal) = self.distribution(purpose);
+        let (drawn, gain) = distribution.choice.sample(u, normal);
+        let (column, row, at) = match drawn {
             Drawn::Point { column, row, at } => (column, row, at),
-            Drawn::Patch { column, row, u } => (column, row, self.patch(column, row).sample(u)),
+            Drawn::Patch { column, row, u } => {
+                let at = self.patch(column, row).sample(u, distribution.emphasis);
+                (column, row, at)
+            }
         };
         let [x, y] = at;
         let t = (row as f32 + 0.5 + y) / self.height as f32;
-        let t = if t > 1.0 { t - 1.0 } else { t };
         let s = (column as f32 + 0.5 + x) / self.width as f32;
-        let (sin_theta, cos_theta) = (t * PI).sin_cos();
-        let (sin_phi, cos_phi) = (s * TAU).sin_cos();
+        let (direction, sin_theta) = direction(s, t);
         let place = Place {
             column,
             row,
@@ -230,13 +314,24 @@ impl EnvironmentMap {
             sin_theta,
         };
         let bits = u64::from(u[0].to_bits()) << 32 | u64::from(u[1].to_bits());
-        let (radiance, pdf_w) = self.value_and_pdf(&place, bits);
-        (pdf_w > 0.0).then(|| MapSample {
-            direction: Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta),
+        let (radiance, pdf_w) = self.value_and_pdf(&place, bits, distribution);
+        let pdf_w = pdf_w * gain;
+        (pdf_w > 0.0).then_some(MapSample {
+            direction,
             radiance,
             pdf_w,
         })
     }
+}
+
+/// The unit direction at (`s`, `t`) of a map, which repeats downward, and the sine of its polar angle.
+#[inline]
+fn direction(s: f32, t: f32) -> (Vec3A, f32) {
+    let t = if t > 1.0 { t - 1.0 } else { t };
+    let (sin_theta, cos_theta) = (t * PI).sin_cos();
+    let (sin_phi, cos_phi) = (s * TAU).sin_cos();
+    let w = Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
+    (w, sin_theta)
 }
 
 /// The index after `i` of `n` that repeat.
