@@ -638,12 +638,25 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
         DMat3::from_diagonal(DVec3::splat(1e-9)),
     ];
     let maps = [map(smooth), map(one_bright_texel), map(dark_half)];
+    // Without a normal, and with some.
+    let normals = [
+        [0.0; 3],
+        [0.0, 0.0, 1.0],
+        [-0.6, 0.0, -0.8],
+        [0.3, -0.9, 0.1],
+    ];
     let family = Chi2 {
-        n_tests: transforms.len() * maps.len(),
+        n_tests: transforms.len() * maps.len() * normals.len(),
         ..Chi2::default()
     };
     for map in &maps {
-        for m in transforms {
+        for (m, [x, y, z]) in transforms.into_iter().flat_map(|m| normals.map(|n| (m, n))) {
+            let facing = Normal3::new(x, y, z);
+            let facing = if facing == Normal3::ZERO {
+                facing
+            } else {
+                facing.normalize()
+            };
             let light = InfiniteLight::with_map(Rgb::ONE, map, m).expect("a light");
             let size = m.determinant().abs().cbrt();
             let m = m * (1.0 / size);
@@ -651,11 +664,11 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
             // Latitude and longitude in light space: the map's own square.
             let mut n_other = 0;
             let draw = |u: &mut Uniform| {
-                let sample = light.sample(u.unit2())?;
+                let sample = light.sample(u.unit2(), facing)?;
                 let w = (inverse * sample.wi.to_f64()).normalize();
                 let s = w.y.atan2(w.x).rem_euclid(TAU) / TAU;
                 let t = w.truncate().length().atan2(w.z) / PI;
-                let ratio = light.pdf_w(sample.wi) / sample.pdf_w;
+                let ratio = light.pdf_w(sample.wi, facing) / sample.pdf_w;
                 n_other += usize::from(!(0.99..1.01).contains(&ratio));
                 Some([below_one(s), below_one(t)])
             };
@@ -667,7 +680,7 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
                 let w = Vec3::from_f64(stretched.normalize());
                 // A map of directions spreads solid angle by |det| / |M w|³.
                 let spread = m.determinant().abs() / stretched.length().powi(3);
-                f64::from(light.pdf_w(w)) * spread * 2.0 * PI * PI * sin
+                f64::from(light.pdf_w(w, facing)) * spread * 2.0 * PI * PI * sin
             };
             family
                 .check(Square, draw, pdf)
@@ -678,11 +691,11 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
             for _ in 0..5000 {
                 let w = uniform_sphere(random.unit2());
                 assert!(
-                    light.le(w).is_black() || light.pdf_w(w) > 0.0,
+                    light.le(w).is_black() || light.pdf_w(w, facing) > 0.0,
                     "light without density"
                 );
             }
-            for sample in ends().filter_map(|u| light.sample(u)) {
+            for sample in ends().filter_map(|u| light.sample(u, facing)) {
                 assert_unit(sample.wi, "environment");
                 assert!(
                     sample.pdf_w > 0.0 && sample.pdf_w.is_finite() && sample.radiance.is_finite()
@@ -725,7 +738,9 @@ fn the_integral_of_radiance_over_density_is_the_maps() {
     let light = InfiniteLight::with_map(Rgb::ONE, &map(smooth), m).expect("a light");
     let mut random = Uniform::new(6);
     let drawn = tyndall_test_support::z_test::Mean::of(200_000, || {
-        let sample = light.sample(random.unit2()).expect("a bright map");
+        let sample = light
+            .sample(random.unit2(), Normal3::ZERO)
+            .expect("a bright map");
         f64::from(sample.radiance.g()) / f64::from(sample.pdf_w)
     });
     const N: usize = 1000;

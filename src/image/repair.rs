@@ -35,6 +35,15 @@ pub fn repair(image: &mut Image, samples: Samples) -> Repairs {
         Samples::NonNegative => 0.0,
         Samples::Finite => f32::MIN,
     };
+    // Most are sound, which is quickly seen: without a way out of the loop it takes eight samples at a time.
+    let is_sound = |samples: &[f32]| {
+        samples.iter().fold(true, |sound, &s| {
+            sound & (s >= lowest) & (s < f32::INFINITY)
+        })
+    };
+    if image.data().chunks(1 << 12).all(is_sound) {
+        return Repairs::default();
+    }
     let largest = image
         .data()
         .iter()

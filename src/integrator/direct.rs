@@ -26,14 +26,14 @@ use crate::integrator::direct_light::{LitPoint, OneLightNumbers};
 use crate::integrator::footprint::{after_specular, texture_context};
 use crate::integrator::visible::nearest_visible;
 use crate::light::Light;
-use crate::math::Ray;
+use crate::math::{Normal3, Ray};
 use crate::sampler::Sampler;
 use crate::scatter::bsdf::MAX_SPECULAR_PARTS;
 use crate::scatter::{Bsdf, SpecularPart, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::texture::TextureContext;
-use crate::world::{World, spawn_ray};
+use crate::world::{Receiver, World, spawn_ray};
 
 /// Settings of direct lighting.
 #[derive(Clone, Copy, Debug)]
@@ -148,9 +148,13 @@ impl State<'_> {
         let mut sum = Rgb::BLACK;
         match lights {
             LightSampling::Each => {
+                let at = Receiver {
+                    facing: Normal3::ZERO,
+                    ..point.at
+                };
                 for light in ids() {
                     let u = self.sampler.get_2d();
-                    let sample = world.sample_on_light(light, 1.0, &point.at, u);
+                    let sample = world.sample_on_light(light, 1.0, &at, u);
                     sum += point.arriving(world, sample, 0.0, counters);
                 }
             }

@@ -46,6 +46,7 @@ impl<'a> LitPoint<'a> {
                 p: surface.p,
                 p_err: surface.p_err,
                 ng: surface.ng,
+                facing: bsdf.facing(-ray.d),
                 time: ray.time,
             },
             bsdf,
@@ -130,7 +131,7 @@ impl<'a> LitPoint<'a> {
             counters.rays += 1;
             let Some(hit) = world.closest(&ray, f32::INFINITY) else {
                 for (id, infinite) in world.infinite_lights() {
-                    let (le, pdf_w) = infinite.le_and_pdf(ray.d);
+                    let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.facing);
                     light += le * weight(id, pdf_w);
                 }
                 break;

@@ -120,6 +120,7 @@ impl<'a> FogSegment<'a> {
             p: self.ray.at(t),
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
+            facing: Normal3::ZERO,
             time: self.ray.time,
         };
         let pdf = pmf * line.pdf(t, (position - at.p).length_squared());

@@ -377,6 +377,7 @@ impl<O: Observer> State<'_, O> {
             p,
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
+            facing: Normal3::ZERO,
             time: self.ray.time,
         };
         if !phase.is_delta() {
@@ -493,6 +494,13 @@ impl<O: Observer> State<'_, O> {
             p: surface.p,
             p_err: surface.p_err,
             ng: surface.ng,
+            // Where a medium has no end, light that is drawn and light that is found are not the same, and a picture depends
+            // on how they are weighed: as in pbrt-v3.
+            facing: if VOLUMETRIC && self.medium.is_some() && !world.is_bounded(self.medium) {
+                Normal3::ZERO
+            } else {
+                bsdf.facing(wo)
+            },
             time: self.ray.time,
         };
         if bsdf.has_non_specular()

@@ -3,10 +3,9 @@
 use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
-use rayon::iter::{IndexedParallelIterator, ParallelIterator};
-use rayon::slice::ParallelSliceMut;
 
 use crate::image::Image;
+use crate::light::outline::{Outline, Outlined};
 use crate::light::patch_choice::{Drawn, PatchChoice, Weight};
 use crate::spectrum::Rgb;
 
@@ -23,29 +22,75 @@ pub(super) struct EnvironmentMap {
     texels: Vec<[f32; 3]>,
     width: usize,
     height: usize,
-    choice: PatchChoice,
+    outline: Outline,
     /// Mean of sin θ over each row of patches.
     sines: Vec<f32>,
-    /// 1 / mean over the unit square of luminance times sine.
-    inverse_mean: f32,
     mean: Rgb,
+    whole: Distribution,
+    facing: Distribution,
 }
+
+/// What a direction is sampled for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Purpose {
+    /// All light alike.
+    Whole,
+    /// What falls on a surface of this normal, map space, that scatters to this side only and finds light by itself as
+    /// well: more of what is bright, less of what is not. Nowhere is the density 0 for that.
+    Facing(Vec3A),
+}
+
+/// How directions are drawn.
+#[derive(Clone, Debug)]
+struct Distribution {
+    choice: PatchChoice,
+    emphasis: Emphasis,
+    /// 1 / mean over the unit square of emphasised luminance times sine.
+    inverse_mean: f32,
+}
+
+/// What a luminance counts: what exceeds `cut`, but never less than `least` of it.
+#[derive(Clone, Copy, Debug)]
+struct Emphasis {
+    cut: f32,
+    least: f32,
+}
+
+impl Emphasis {
+    #[inline]
+    fn of(self, luminance: f32) -> f32 {
+        (luminance - self.cut).max(self.least * luminance)
+    }
+}
+
+/// Part of the mean luminance that counts little where surfaces find light by themselves (after Karlík et al. 2019, *MIS
+/// Compensation*), and how little.
+const CUT: f32 = 0.5;
+const LEAST: f32 = 0.25;
 
 /// A direction drawn from the map.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct MapSample {
     /// Unit direction, map space.
     pub(super) direction: Vec3A,
+    /// An estimate, see [`Outline`].
     pub(super) radiance: Rgb,
     /// Density in sr⁻¹.
     pub(super) pdf_w: f32,
 }
 
-/// The four corners of a patch and a place in it.
+/// The four corners of a patch.
 struct Patch {
     corners: [Rgb; 4],
+}
+
+/// A place in a patch.
+struct Place {
     column: usize,
     row: usize,
+    /// In [0, 1]².
+    at: [f32; 2],
+    sin_theta: f32,
 }
 
 impl Patch {
@@ -55,10 +100,17 @@ impl Patch {
         (c00 * (1.0 - x) + c10 * x) * (1.0 - y) + (c01 * (1.0 - x) + c11 * x) * y
     }
 
-    /// A point in proportion to its luminance: first y, then x given y.
+    /// Bilinear between the emphasised luminances of the corners.
     #[inline]
-    fn sample(&self, u: [f32; 2]) -> [f32; 2] {
-        let [l00, l10, l01, l11] = self.corners.map(Rgb::luminance);
+    fn emphasised(&self, x: f32, y: f32, emphasis: Emphasis) -> f32 {
+        let [l00, l10, l01, l11] = self.corners.map(|c| emphasis.of(c.luminance()));
+        (l00 * (1.0 - x) + l10 * x) * (1.0 - y) + (l01 * (1.0 - x) + l11 * x) * y
+    }
+
+    /// A point in proportion to that: first y, then x given y.
+    #[inline]
+    fn sample(&self, u: [f32; 2], emphasis: Emphasis) -> [f32; 2] {
+        let [l00, l10, l01, l11] = self.corners.map(|c| emphasis.of(c.luminance()));
         let y = sample_linear(u[1], l00 + l10, l01 + l11);
         let x = sample_linear(u[0], l00 + y * (l01 - l00), l10 + y * (l11 - l10));
         [x, y]
@@ -69,15 +121,10 @@ impl EnvironmentMap {
     /// From an image with non-negative, finite texels. `None` if all are black.
     pub(super) fn new(map: &Image) -> Option<Self> {
         let (width, height) = (map.width(), map.height());
-        let mut texels = vec![[0.0; 3]; width * height];
-        texels
-            .par_chunks_exact_mut(width)
-            .enumerate()
-            .for_each(|(y, line)| {
-                for (x, texel) in line.iter_mut().enumerate() {
-                    *texel = map.rgb(x, y).to_array();
-                }
-            });
+        let texels: Vec<[f32; 3]> = match map.data().as_chunks() {
+            (texels, []) if map.channels() == 3 => texels.to_vec(),
+            _ => map.data().iter().map(|&value| [value; 3]).collect(),
+        };
         // Row j of patches spans polar angles (j + ½) π / h to (j + 3/2) π / h; the last one wraps over both poles.
         let step = std::f64::consts::PI / height as f64;
         let sines: Vec<f64> = (0..height)
@@ -89,30 +136,54 @@ impl EnvironmentMap {
                 }
             })
             .collect();
-        let luminance = |x: usize, y: usize| {
-            Rgb::from_array(texels[(y % height) * width + x % width]).luminance() as f64
-        };
-        let choice = PatchChoice::new(width, height, |x, y| {
-            let corners = [
-                luminance(x, y),
-                luminance(x + 1, y),
-                luminance(x, y + 1),
-                luminance(x + 1, y + 1),
-            ];
-            Weight {
-                mean: 0.25 * corners.iter().sum::<f64>() * sines[y],
-                peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
-            }
-        })?;
+        let luminances: Vec<f32> = texels
+            .iter()
+            .map(|&texel| Rgb::from_array(texel).luminance())
+            .collect();
         let mean = mean_over_sphere(&texels, width, &sines);
+        let direction = |[column, row]: [f64; 2]| {
+            // Patches begin at the centres of texels.
+            let (s, t) = ((column + 0.5) / width as f64, (row + 0.5) / height as f64);
+            direction(s as f32, t as f32).0
+        };
+        let distribution = |emphasis: Emphasis, heeds_normals: bool| {
+            let line = |y: usize| &luminances[y * width..][..width];
+            let weight = |x: usize, y: usize| {
+                let (x1, y1) = (next(x, width), next(y, height));
+                let (above, below) = (line(y), line(y1));
+                let corners = [above[x], above[x1], below[x], below[x1]]
+                    .map(|luminance| f64::from(emphasis.of(luminance)));
+                let [a, b, c, d] = corners;
+                Weight {
+                    mean: 0.25 * (a + b + c + d) * sines[y],
+                    peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
+                }
+            };
+            let choice = PatchChoice::new([width, height], weight, direction, heeds_normals)?;
+            Some(Distribution {
+                inverse_mean: (1.0 / choice.mean()) as f32,
+                choice,
+                emphasis,
+            })
+        };
+        let all = Emphasis {
+            cut: 0.0,
+            least: 1.0,
+        };
+        let bright = Emphasis {
+            cut: CUT * mean.luminance(),
+            least: LEAST,
+        };
+        let (whole, facing) = (distribution(all, false)?, distribution(bright, true)?);
         Some(Self {
-            inverse_mean: (1.0 / choice.mean()) as f32,
-            choice,
+            outline: Outline::new(width, height, &texels),
             sines: sines.iter().map(|&s| s as f32).collect(),
             texels,
             width,
             height,
             mean,
+            whole,
+            facing,
         })
     }
 
@@ -123,7 +194,6 @@ impl EnvironmentMap {
 
     #[inline]
     fn patch(&self, column: usize, row: usize) -> Patch {
-        let next = |i: usize, n: usize| if i + 1 == n { 0 } else { i + 1 };
         let (x1, y1) = (next(column, self.width), next(row, self.height));
         let texel = |x: usize, y: usize| Rgb::from_array(self.texels[y * self.width + x]);
         let corners = [
@@ -132,17 +202,13 @@ impl EnvironmentMap {
             texel(column, y1),
             texel(x1, y1),
         ];
-        Patch {
-            corners,
-            column,
-            row,
-        }
+        Patch { corners }
     }
 
     /// The patch a direction lies in, and where. At the poles the top and the bottom row of texels blend, as in
     /// pbrt-v3, whose maps repeat in both directions.
     #[inline]
-    fn locate(&self, w: Vec3A) -> (Patch, f32, f32, f32) {
+    fn locate(&self, w: Vec3A) -> Place {
         let sin_theta = (w.x * w.x + w.y * w.y).sqrt();
         let s = w.y.atan2(w.x) * (0.5 * FRAC_1_PI);
         let t = sin_theta.atan2(w.z) * FRAC_1_PI;
@@ -155,61 +221,123 @@ impl EnvironmentMap {
             ((wrapped as usize).min(n - 1), x - floor)
         };
         let ((column, x), (row, y)) = (place(s, self.width), place(t, self.height));
-        (self.patch(column, row), x, y, sin_theta)
+        Place {
+            column,
+            row,
+            at: [x, y],
+            sin_theta,
+        }
     }
 
-    /// Density in sr⁻¹ at a place of a patch.
+    /// The look-up.
     #[inline]
-    fn pdf_w(&self, patch: &Patch, value: Rgb, sin_theta: f32) -> f32 {
-        if sin_theta <= 0.0 {
-            return 0.0; // A pole: no solid angle.
+    fn exact(&self, place: &Place) -> Rgb {
+        let [x, y] = place.at;
+        self.patch(place.column, place.row).value(x, y)
+    }
+
+    #[inline]
+    fn distribution(&self, purpose: Purpose) -> (&Distribution, Option<Vec3A>) {
+        match purpose {
+            Purpose::Whole => (&self.whole, None),
+            Purpose::Facing(normal) => (&self.facing, Some(normal)),
         }
-        let pdf_st = match self.choice.even_density(patch.column, patch.row) {
-            Some(density) => density,
-            None => value.luminance() * self.sines[patch.row] * self.inverse_mean,
+    }
+
+    /// The look-up on average over `bits`, and density in sr⁻¹ but for what a normal changes.
+    #[inline]
+    fn value_and_pdf(&self, place: &Place, bits: u64, distribution: &Distribution) -> (Rgb, f32) {
+        let (value, pdf_st) = match distribution.choice.even_density(place.column, place.row) {
+            Some(density) => (self.outlined(place, bits), density),
+            None => {
+                let [x, y] = place.at;
+                let patch = self.patch(place.column, place.row);
+                let emphasised = patch.emphasised(x, y, distribution.emphasis);
+                let density = emphasised * self.sines[place.row] * distribution.inverse_mean;
+                (patch.value(x, y), density)
+            }
         };
-        pdf_st / (2.0 * PI * PI * sin_theta)
+        if place.sin_theta <= 0.0 {
+            return (value, 0.0); // A pole: no solid angle.
+        }
+        (value, pdf_st / (2.0 * PI * PI * place.sin_theta))
+    }
+
+    /// The look-up on average over `bits`.
+    #[inline]
+    fn outlined(&self, place: &Place, bits: u64) -> Rgb {
+        match self.outline.value(place.column, place.row, place.at, bits) {
+            Outlined::Certain(value) => value,
+            Outlined::Ask { outline, chance } => {
+                outline + (self.exact(place) - outline) * (1.0 / chance)
+            }
+        }
     }
 
     /// Radiance from a unit direction of map space: z is up and the top row, +x is the left edge.
     #[inline]
     pub(super) fn radiance(&self, w: Vec3A) -> Rgb {
-        let (patch, x, y, _) = self.locate(w);
-        patch.value(x, y)
+        self.exact(&self.locate(w))
     }
 
-    /// Radiance and sampling density in sr⁻¹ of a unit direction.
+    /// An estimate of the radiance from a unit direction, see [`Outline`], and the sampling density in sr⁻¹.
     #[inline]
-    pub(super) fn radiance_and_pdf(&self, w: Vec3A) -> (Rgb, f32) {
-        let (patch, x, y, sin_theta) = self.locate(w);
-        let value = patch.value(x, y);
-        (value, self.pdf_w(&patch, value, sin_theta))
+    pub(super) fn radiance_and_pdf(&self, w: Vec3A, purpose: Purpose) -> (Rgb, f32) {
+        let bits = u64::from(w.x.to_bits()) << 32 | u64::from(w.y.to_bits());
+        let place = self.locate(w);
+        let (distribution, normal) = self.distribution(purpose);
+        let (value, pdf_w) = self.value_and_pdf(&place, bits, distribution);
+        let gain = distribution.choice.gain(place.column, place.row, normal);
+        (value, pdf_w * gain)
     }
 
     /// Draws a direction.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2]) -> Option<MapSample> {
-        let (patch, [x, y]) = match self.choice.sample(u) {
-            Drawn::Point { column, row, at } => (self.patch(column, row), at),
+    pub(super) fn sample(&self, u: [f32; 2], purpose: Purpose) -> Option<MapSample> {
+        let (distribution, normal) = self.distribution(purpose);
+        let (drawn, gain) = distribution.choice.sample(u, normal);
+        let (column, row, at) = match drawn {
+            Drawn::Point { column, row, at } => (column, row, at),
             Drawn::Patch { column, row, u } => {
-                let patch = self.patch(column, row);
-                let at = patch.sample(u);
-                (patch, at)
+                let at = self.patch(column, row).sample(u, distribution.emphasis);
+                (column, row, at)
             }
         };
-        let value = patch.value(x, y);
-        let t = (patch.row as f32 + 0.5 + y) / self.height as f32;
-        let t = if t > 1.0 { t - 1.0 } else { t };
-        let s = (patch.column as f32 + 0.5 + x) / self.width as f32;
-        let (sin_theta, cos_theta) = (t * PI).sin_cos();
-        let (sin_phi, cos_phi) = (s * TAU).sin_cos();
-        let pdf_w = self.pdf_w(&patch, value, sin_theta);
-        (pdf_w > 0.0).then(|| MapSample {
-            direction: Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta),
-            radiance: value,
+        let [x, y] = at;
+        let t = (row as f32 + 0.5 + y) / self.height as f32;
+        let s = (column as f32 + 0.5 + x) / self.width as f32;
+        let (direction, sin_theta) = direction(s, t);
+        let place = Place {
+            column,
+            row,
+            at,
+            sin_theta,
+        };
+        let bits = u64::from(u[0].to_bits()) << 32 | u64::from(u[1].to_bits());
+        let (radiance, pdf_w) = self.value_and_pdf(&place, bits, distribution);
+        let pdf_w = pdf_w * gain;
+        (pdf_w > 0.0).then_some(MapSample {
+            direction,
+            radiance,
             pdf_w,
         })
     }
+}
+
+/// The unit direction at (`s`, `t`) of a map, which repeats downward, and the sine of its polar angle.
+#[inline]
+fn direction(s: f32, t: f32) -> (Vec3A, f32) {
+    let t = if t > 1.0 { t - 1.0 } else { t };
+    let (sin_theta, cos_theta) = (t * PI).sin_cos();
+    let (sin_phi, cos_phi) = (s * TAU).sin_cos();
+    let w = Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
+    (w, sin_theta)
+}
+
+/// The index after `i` of `n` that repeat.
+#[inline]
+fn next(i: usize, n: usize) -> usize {
+    if i + 1 == n { 0 } else { i + 1 }
 }
 
 /// Draws from a density on [0, 1] that runs linearly from `a` to `b`, both non-negative.

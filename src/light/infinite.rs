@@ -10,7 +10,7 @@ use glam::DMat3;
 
 use crate::image::Image;
 use crate::light::placed_map::PlacedMap;
-use crate::math::Vec3;
+use crate::math::{Normal3, Vec3};
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use crate::spectrum::Rgb;
 
@@ -26,7 +26,7 @@ pub struct InfiniteLight {
 pub struct EnvironmentSample {
     /// Unit direction in render space.
     pub wi: Vec3,
-    /// Radiance from there.
+    /// An estimate of the radiance from there, as [`InfiniteLight::le_and_pdf`] gives it.
     pub radiance: Rgb,
     /// Density in sr⁻¹, positive.
     pub pdf_w: f32,
@@ -61,24 +61,27 @@ impl InfiniteLight {
         }
     }
 
-    /// Radiance from the unit direction `w`, and the density of [`InfiniteLight::sample`] there in sr⁻¹.
+    /// An estimate of the radiance from the unit direction `w`, right on average over directions near it and nearly so in
+    /// each, and the density of [`InfiniteLight::sample`] there in sr⁻¹.
     #[inline]
-    pub fn le_and_pdf(&self, w: Vec3) -> (Rgb, f32) {
+    pub fn le_and_pdf(&self, w: Vec3, facing: Normal3) -> (Rgb, f32) {
         let Some(placed) = &self.map else {
             return (self.radiance, UNIFORM_SPHERE_PDF);
         };
-        let (value, pdf_w) = placed.value_and_pdf(w);
+        let (value, pdf_w) = placed.value_and_pdf(w, facing);
         (self.radiance * value, pdf_w)
     }
 
     /// Density of [`InfiniteLight::sample`] in sr⁻¹.
-    pub fn pdf_w(&self, w: Vec3) -> f32 {
-        self.le_and_pdf(w).1
+    pub fn pdf_w(&self, w: Vec3, facing: Normal3) -> f32 {
+        self.le_and_pdf(w, facing).1
     }
 
-    /// Draws a direction: by the map's brightness, or uniformly where there is none.
+    /// Draws a direction: by the map's brightness, or uniformly where there is none. With a unit normal `facing`, for a
+    /// surface that scatters on its side only and draws directions of its own beside these: rather what falls on it, and
+    /// rather what is brighter than most. Zero asks for all light alike.
     #[inline]
-    pub fn sample(&self, u: [f32; 2]) -> Option<EnvironmentSample> {
+    pub fn sample(&self, u: [f32; 2], facing: Normal3) -> Option<EnvironmentSample> {
         let Some(placed) = &self.map else {
             let wi = uniform_sphere(u);
             return Some(EnvironmentSample {
@@ -87,7 +90,7 @@ impl InfiniteLight {
                 pdf_w: UNIFORM_SPHERE_PDF,
             });
         };
-        let (wi, value, pdf_w) = placed.sample(u)?;
+        let (wi, value, pdf_w) = placed.sample(u, facing)?;
         Some(EnvironmentSample {
             wi,
             radiance: self.radiance * value,

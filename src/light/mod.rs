@@ -5,9 +5,11 @@
 mod environment;
 pub mod goniometric;
 pub mod infinite;
+mod outline;
 mod patch_choice;
 mod placed_map;
 pub mod projection;
+mod regions;
 pub mod spot;
 pub mod tree;
 

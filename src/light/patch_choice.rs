@@ -1,15 +1,19 @@
-//! Choosing a patch of a map in proportion to its weight, with little memory to look through.
+//! Choosing a patch of a map in proportion to its weight, or to that and to the cosine with a normal, with little memory
+//! to look through.
 //!
 //! The patches are gathered in square *cells*, about 64 side by side. Where a cell is even, as most of a sky is, it is
 //! one constant of the density, and a point is anywhere in it; where it is not, a patch of it is chosen exactly. Light
 //! over density then exceeds its mean in an even cell by at most a factor of [`EVEN`], and the tables that are read stay
-//! in the caches nearest to the core.
+//! in the caches nearest to the core. The cells are gathered in [`Regions`], which is where normals come in.
 
+use glam::Vec3A;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
+use crate::light::regions::{COLUMNS, ROWS, Regions};
 use crate::sampling::cumulative::Cumulative;
+use crate::sampling::rng::ONE_MINUS_EPSILON;
 
-/// Cells side by side in a map, at most.
+/// Cells side by side in a map, and on top of each other, at most.
 const CELLS: usize = 64;
 /// Largest weight of any point over the mean of its cell, if the cell is to be even.
 const EVEN: f64 = 1.25;
@@ -18,14 +22,28 @@ const EVEN: f64 = 1.25;
 #[derive(Clone, Debug)]
 pub(super) struct PatchChoice {
     grid: Grid,
-    /// Over the cells, by the sums of their weights.
-    choice: Table,
+    regions: Regions,
+    /// Sums of weights, relative to that of all, row by row.
+    cell_weights: Vec<f32>,
     /// Row by row.
     cells: Vec<Cell>,
     /// Over the patches of the cells that are not even.
     tables: Vec<Table>,
     /// Mean weight of a patch.
     mean: f64,
+}
+
+/// How the patches of a map are gathered in cells, and these in regions.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    /// Patches side by side, and on top of each other.
+    n_patches: [usize; 2],
+    /// Patches along the side of a cell.
+    side: usize,
+    /// Cells side by side, and on top of each other.
+    n_cells: [usize; 2],
+    /// Cells side by side in a region, and on top of each other.
+    span: [usize; 2],
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -36,18 +54,6 @@ enum Cell {
     Uneven(u32),
 }
 
-/// How patches are gathered in cells.
-#[derive(Clone, Copy, Debug)]
-struct Grid {
-    width: usize,
-    height: usize,
-    /// Patches along the side of a cell.
-    side: usize,
-    /// Cells side by side.
-    n_columns: usize,
-}
-
-/// A discrete distribution over rows and the columns of each.
 #[derive(Clone, Debug)]
 struct Table {
     rows: Cumulative,
@@ -88,35 +94,54 @@ struct Summed {
 }
 
 impl Grid {
-    fn new(width: usize, height: usize) -> Self {
-        let side = width.div_ceil(CELLS);
+    fn new(n_patches: [usize; 2]) -> Self {
+        let side = n_patches[0].max(n_patches[1]).div_ceil(CELLS);
+        let n_cells = n_patches.map(|n| n.div_ceil(side));
         Self {
-            width,
-            height,
+            n_patches,
             side,
-            n_columns: width.div_ceil(side),
+            n_cells,
+            span: [n_cells[0].div_ceil(COLUMNS), n_cells[1].div_ceil(ROWS)],
         }
     }
 
-    fn n_cells(&self) -> usize {
-        self.n_columns * self.height.div_ceil(self.side)
+    /// The patches of a cell along an axis, by the place of the cell along it.
+    #[inline]
+    fn patches(&self, axis: usize, place: usize) -> std::ops::Range<usize> {
+        let first = place * self.side;
+        first..(first + self.side).min(self.n_patches[axis])
     }
 
     #[inline]
     fn cell_of(&self, column: usize, row: usize) -> usize {
-        row / self.side * self.n_columns + column / self.side
+        row / self.side * self.n_cells[0] + column / self.side
     }
 
-    /// What the patches of a cell weigh, row by row.
+    /// Row and column of the region of a cell.
+    #[inline]
+    fn region_of(&self, cell: usize) -> [usize; 2] {
+        let [x, y] = [cell % self.n_cells[0], cell / self.n_cells[0]];
+        [y / self.span[1], x / self.span[0]]
+    }
+
+    /// The middle of a cell, in patches.
+    fn middle(&self, cell: usize) -> [f64; 2] {
+        let place = [cell % self.n_cells[0], cell / self.n_cells[0]];
+        [0, 1].map(|axis| {
+            let patches = self.patches(axis, place[axis]);
+            0.5 * (patches.start + patches.end) as f64
+        })
+    }
+
+    /// The rows of a cell, and in each what its patches weigh.
     fn weights(
         &self,
         cell: usize,
-        weight: impl Fn(usize, usize) -> Weight,
-    ) -> impl Iterator<Item = Vec<Weight>> {
-        let span = |cell: usize, n: usize| cell * self.side..n.min((cell + 1) * self.side);
-        let columns = span(cell % self.n_columns, self.width);
-        let rows = span(cell / self.n_columns, self.height);
-        rows.map(move |y| columns.clone().map(|x| weight(x, y)).collect())
+        weight: &impl Fn(usize, usize) -> Weight,
+    ) -> impl Iterator<Item = impl Iterator<Item = Weight>> {
+        let columns = self.patches(0, cell % self.n_cells[0]);
+        let rows = self.patches(1, cell / self.n_cells[0]);
+        rows.map(move |y| columns.clone().map(move |x| weight(x, y)))
     }
 }
 
@@ -139,13 +164,13 @@ impl Table {
 }
 
 impl Summed {
-    fn new(weights: impl Iterator<Item = Vec<Weight>>) -> Self {
+    fn new(weights: impl Iterator<Item = Weight>) -> Self {
         let mut summed = Self {
             sum: 0.0,
             largest: 0.0,
             n_patches: 0,
         };
-        for weight in weights.flatten() {
+        for weight in weights {
             summed.sum += weight.mean;
             summed.largest = summed.largest.max(weight.peak);
             summed.n_patches += 1;
@@ -163,31 +188,35 @@ impl Summed {
 }
 
 impl PatchChoice {
-    /// Over `width` × `height` patches. `None` if all weigh nothing.
+    /// Over patches side by side and on top of each other. `direction` is the unit direction of a place of the map, in
+    /// patches. `None` if all weigh nothing.
     pub(super) fn new(
-        width: usize,
-        height: usize,
+        n_patches: [usize; 2],
         weight: impl Fn(usize, usize) -> Weight + Sync,
+        direction: impl Fn([f64; 2]) -> Vec3A,
+        heeds_normals: bool,
     ) -> Option<Self> {
-        let grid = Grid::new(width, height);
-        let summed: Vec<Summed> = (0..grid.n_cells())
+        let grid = Grid::new(n_patches);
+        let summed: Vec<Summed> = (0..grid.n_cells[0] * grid.n_cells[1])
             .into_par_iter()
-            .map(|cell| Summed::new(grid.weights(cell, &weight)))
+            .map(|cell| Summed::new(grid.weights(cell, &weight).flatten()))
             .collect();
         let total: f64 = summed.iter().map(|cell| cell.sum).sum();
         if !(total > 0.0) {
             return None;
         }
-        let mean = total / (width * height) as f64;
+        let mean = total / (n_patches[0] * n_patches[1]) as f64;
         let uneven: Vec<usize> = (0..summed.len())
-            .filter(|&cell| !summed[cell].is_even())
+            .filter(|&i| !summed[i].is_even())
             .collect();
         let tables = uneven
             .into_par_iter()
             .map(|cell| {
-                let means = |row: Vec<Weight>| row.iter().map(|weight| weight.mean).collect();
-                let rows: Vec<Vec<f64>> = grid.weights(cell, &weight).map(means).collect();
-                Table::new(&rows)
+                let rows = grid.weights(cell, &weight);
+                let means: Vec<Vec<f64>> = rows
+                    .map(|row| row.map(|weight| weight.mean).collect())
+                    .collect();
+                Table::new(&means)
             })
             .collect();
         let mut n_tables = 0;
@@ -201,13 +230,18 @@ impl PatchChoice {
                 Cell::Uneven(n_tables - 1)
             })
             .collect();
-        let sums: Vec<Vec<f64>> = summed
-            .chunks(grid.n_columns)
-            .map(|row| row.iter().map(|cell| cell.sum).collect())
+        let cell_weights: Vec<f32> = summed
+            .iter()
+            .map(|cell| (cell.sum / total) as f32)
             .collect();
+        let parts = cell_weights.iter().enumerate().map(|(cell, &weight)| {
+            let direction = direction(grid.middle(cell));
+            (grid.region_of(cell), direction, weight)
+        });
         Some(Self {
+            regions: Regions::new(parts, heeds_normals),
             grid,
-            choice: Table::new(&sums),
+            cell_weights,
             cells,
             tables,
             mean,
@@ -220,7 +254,7 @@ impl PatchChoice {
     }
 
     /// Density of points, relative to that of uniform ones, in the cell of a patch if the cell is even. Otherwise it is
-    /// what the patch's weight says.
+    /// what the patch's weight says. Without a normal.
     #[inline]
     pub(super) fn even_density(&self, column: usize, row: usize) -> Option<f32> {
         match self.cells[self.grid.cell_of(column, row)] {
@@ -229,22 +263,45 @@ impl PatchChoice {
         }
     }
 
-    /// Draws a place.
+    /// Factor by which a normal changes the density in a patch.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2]) -> Drawn {
+    pub(super) fn gain(&self, column: usize, row: usize, normal: Option<Vec3A>) -> f32 {
+        let [y, x] = self.grid.region_of(self.grid.cell_of(column, row));
+        self.regions.shares(normal).gains[y][x]
+    }
+
+    /// Draws a place, with the factor by which the normal changes its density.
+    #[inline]
+    pub(super) fn sample(&self, u: [f32; 2], normal: Option<Vec3A>) -> (Drawn, f32) {
         let grid = &self.grid;
-        let (cell_column, cell_row, [u, v]) = self.choice.sample(u);
+        let shares = self.regions.shares(normal);
+        let (region_row, v) = pick(shares.rows, u[1]);
+        let (region_column, u) = pick(shares.regions[region_row], u[0]);
+        let gain = shares.gains[region_row][region_column];
+
+        // Within the region: a row of cells, then a cell of it.
+        let first = [region_column * grid.span[0], region_row * grid.span[1]];
+        let [columns, rows] =
+            [0, 1].map(|axis| first[axis]..(first[axis] + grid.span[axis]).min(grid.n_cells[axis]));
+        let line = |row: usize| {
+            let start = row * grid.n_cells[0];
+            &self.cell_weights[start + columns.start..start + columns.end]
+        };
+        let (row, v) = pick(rows.map(|row| line(row).iter().sum()), v);
+        let cell_row = first[1] + row;
+        let (column, u) = pick(line(cell_row).iter().copied(), u);
+        let cell_column = first[0] + column;
+
         let (left, top) = (cell_column * grid.side, cell_row * grid.side);
-        match self.cells[cell_row * grid.n_columns + cell_column] {
+        let drawn = match self.cells[cell_row * grid.n_cells[0] + cell_column] {
             Cell::Even(_) => {
-                let along = |u: f32, first: usize, n: usize| {
-                    let length = grid.side.min(n - first);
-                    let place = u * length as f32;
-                    let patch = (place as usize).min(length - 1);
-                    (first + patch, place - patch as f32)
+                let along = |u: f32, patches: std::ops::Range<usize>| {
+                    let place = u * patches.len() as f32;
+                    let patch = (place as usize).min(patches.len() - 1);
+                    (patches.start + patch, place - patch as f32)
                 };
-                let (column, x) = along(u, left, grid.width);
-                let (row, y) = along(v, top, grid.height);
+                let (column, x) = along(u, grid.patches(0, cell_column));
+                let (row, y) = along(v, grid.patches(1, cell_row));
                 let at = [x, y];
                 Drawn::Point { column, row, at }
             }
@@ -256,8 +313,30 @@ impl PatchChoice {
                     u,
                 }
             }
-        }
+        };
+        (drawn, gain)
     }
+}
+
+/// One of a few weights in proportion, by `u` in [0, 1): its index, and what is left of `u`, in [0, 1). Where there are
+/// positive weights, one of them.
+#[inline]
+fn pick(weights: impl IntoIterator<Item = f32, IntoIter: Clone>, u: f32) -> (usize, f32) {
+    let weights = weights.into_iter();
+    let total: f32 = weights.clone().sum();
+    let mut place = u * total;
+    let mut last = (0, 1.0);
+    for (index, weight) in weights.enumerate() {
+        if weight > 0.0 {
+            if place < weight {
+                return (index, (place / weight).min(ONE_MINUS_EPSILON));
+            }
+            last = (index, weight);
+        }
+        place -= weight;
+    }
+    // Rounding has carried it past the end.
+    (last.0, ONE_MINUS_EPSILON)
 }
 
 #[cfg(test)]
@@ -281,12 +360,20 @@ mod tests {
         Weight { mean, peak: mean }
     }
 
+    /// Directions of a map in latitude and longitude.
+    fn around([column, row]: [f64; 2]) -> Vec3A {
+        let (sin, cos) = (row / HEIGHT as f64 * std::f64::consts::PI).sin_cos();
+        let (sin_phi, cos_phi) = (column / WIDTH as f64 * std::f64::consts::TAU).sin_cos();
+        glam::DVec3::new(sin * cos_phi, sin * sin_phi, cos).as_vec3a()
+    }
+
     const WIDTH: usize = 300;
     const HEIGHT: usize = 170;
 
     #[test]
     fn places_are_drawn_by_their_density() {
-        let choice = PatchChoice::new(WIDTH, HEIGHT, flat).expect("it is not black");
+        let choice =
+            PatchChoice::new([WIDTH, HEIGHT], flat, around, true).expect("it is not black");
         let mean = (0..WIDTH * HEIGHT)
             .map(|i| weight(i % WIDTH, i / WIDTH))
             .sum::<f64>()
@@ -297,6 +384,19 @@ mod tests {
                 .even_density(x, y)
                 .map_or(weight(x, y) / mean, f64::from)
         };
+        for normal in [None, Some(Vec3A::Z), Some(Vec3A::new(-0.6, 0.0, -0.8))] {
+            places_follow(&choice, normal, |x, y| {
+                density(x, y) * f64::from(choice.gain(x, y, normal))
+            });
+        }
+    }
+
+    /// Fails unless `density` is that of the places drawn, relative to uniform ones.
+    fn places_follow(
+        choice: &PatchChoice,
+        normal: Option<Vec3A>,
+        density: impl Fn(usize, usize) -> f64,
+    ) {
         let total: f64 = (0..WIDTH * HEIGHT)
             .map(|i| density(i % WIDTH, i / WIDTH))
             .sum();
@@ -309,10 +409,12 @@ mod tests {
         let mut counts = vec![0u32; WIDTH / 10 * (HEIGHT / 10)];
         let mut rng = Rng::new(3);
         for _ in 0..n {
-            let (column, row, u) = match choice.sample(rng.uniform2()) {
+            let (drawn, gain) = choice.sample(rng.uniform2(), normal);
+            let (column, row, u) = match drawn {
                 Drawn::Point { column, row, at } => (column, row, at),
                 Drawn::Patch { column, row, u } => (column, row, u),
             };
+            assert_eq!(gain, choice.gain(column, row, normal));
             assert!(u.iter().all(|u| (0.0..=1.0).contains(u)));
             assert!(weight(column, row) > 0.0 || choice.even_density(column, row).is_some());
             counts[row / 10 * (WIDTH / 10) + column / 10] += 1;
@@ -331,7 +433,8 @@ mod tests {
 
     #[test]
     fn light_over_density_is_bounded() {
-        let choice = PatchChoice::new(WIDTH, HEIGHT, flat).expect("it is not black");
+        let choice =
+            PatchChoice::new([WIDTH, HEIGHT], flat, around, true).expect("it is not black");
         let mut n_even = 0;
         for (x, y) in (0..WIDTH * HEIGHT).map(|i| (i % WIDTH, i / WIDTH)) {
             if let Some(density) = choice.even_density(x, y) {
@@ -347,22 +450,48 @@ mod tests {
     }
 
     #[test]
+    fn a_normal_asks_for_what_is_before_it() {
+        let flat = |_, _| Weight {
+            mean: 1.0,
+            peak: 1.0,
+        };
+        let choice = PatchChoice::new([WIDTH, HEIGHT], flat, around, true).expect("not black");
+        let mut rng = Rng::new(9);
+        for normal in [Vec3A::X, Vec3A::NEG_Y, Vec3A::new(0.0, 0.6, 0.8)] {
+            let n = 10_000;
+            let n_before = (0..n)
+                .filter(|_| {
+                    let (Drawn::Point { column, row, .. } | Drawn::Patch { column, row, .. }, _) =
+                        choice.sample(rng.uniform2(), Some(normal));
+                    around([column as f64, row as f64]).dot(normal) > 0.0
+                })
+                .count();
+            assert!(n_before > n * 85 / 100, "{normal}: {n_before} of {n}");
+        }
+    }
+
+    #[test]
     fn a_patch_that_varies_within_is_no_even_cell() {
         let slope = |_, _| Weight {
             mean: 0.5,
             peak: 1.0,
         };
-        let choice = PatchChoice::new(8, 4, slope).expect("it is not black");
+        let choice = PatchChoice::new([8, 4], slope, around, false).expect("it is not black");
         assert_eq!(choice.even_density(3, 2), None);
     }
 
     #[test]
     fn a_black_map_has_no_choice() {
         assert!(
-            PatchChoice::new(8, 4, |_, _| Weight {
-                mean: 0.0,
-                peak: 0.0
-            })
+            PatchChoice::new(
+                [8, 4],
+                |_, _| Weight {
+                    mean: 0.0,
+                    peak: 0.0
+                },
+                around,
+                true
+            )
             .is_none()
         );
     }

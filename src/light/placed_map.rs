@@ -3,8 +3,8 @@
 use glam::{DMat3, Mat3A, Vec3A};
 
 use crate::image::Image;
-use crate::light::environment::EnvironmentMap;
-use crate::math::Vec3;
+use crate::light::environment::{EnvironmentMap, Purpose};
+use crate::math::{Normal3, Vec3};
 use crate::spectrum::Rgb;
 
 /// Directions between the space of a light and render space. Directions have no length: the size of the transform
@@ -40,6 +40,12 @@ impl Placement {
     #[inline]
     pub(super) fn light_direction(&self, w: Vec3) -> Vec3A {
         (self.light_from_render * w.0).normalize()
+    }
+
+    /// The unit vector of light space that has the cosines, but for their size, that a normal has in render space.
+    #[inline]
+    fn light_normal(&self, n: Normal3) -> Vec3A {
+        (self.render_from_light.transpose() * n.0).normalize()
     }
 
     /// dω(light) / dω(render) at a unit direction of light space: what densities are multiplied by; 1 for a rotation.
@@ -89,21 +95,32 @@ impl PlacedMap {
         self.map.radiance(self.placement.light_direction(w))
     }
 
-    /// Value in the unit direction `w`, and the density of [`PlacedMap::sample`] there in sr⁻¹.
+    /// An estimate of the value in the unit direction `w`, and the density of [`PlacedMap::sample`] there in sr⁻¹.
     #[inline]
-    pub(super) fn value_and_pdf(&self, w: Vec3) -> (Rgb, f32) {
+    pub(super) fn value_and_pdf(&self, w: Vec3, facing: Normal3) -> (Rgb, f32) {
         let in_map = self.placement.light_direction(w);
-        let (value, pdf_w) = self.map.radiance_and_pdf(in_map);
+        let (value, pdf_w) = self.map.radiance_and_pdf(in_map, self.purpose(facing));
         (value, pdf_w * self.placement.jacobian(in_map))
     }
 
-    /// Draws a unit direction in proportion to luminance; with the value there and the density in sr⁻¹, positive.
+    /// Draws a unit direction in proportion to luminance or, with a normal, by what falls on a surface; with an estimate
+    /// of the value there and the density in sr⁻¹, positive.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, f32)> {
-        let drawn = self.map.sample(u)?;
+    pub(super) fn sample(&self, u: [f32; 2], facing: Normal3) -> Option<(Vec3, Rgb, f32)> {
+        let drawn = self.map.sample(u, self.purpose(facing))?;
         let (w, jacobian) = self.placement.render_direction(drawn.direction);
         let pdf_w = drawn.pdf_w * jacobian;
         (pdf_w > 0.0).then_some((w, drawn.radiance, pdf_w))
+    }
+
+    /// What directions are sampled for: a normal of zero faces no side.
+    #[inline]
+    fn purpose(&self, facing: Normal3) -> Purpose {
+        if facing == Normal3::ZERO {
+            Purpose::Whole
+        } else {
+            Purpose::Facing(self.placement.light_normal(facing))
+        }
     }
 
     /// Mean over the sphere of map space.

@@ -1,4 +1,4 @@
-//! Points, vectors, normals, rays, boxes, frames, transforms and rounding-error bounds.
+//! Points, vectors, normals, rays, boxes, frames, transforms, rounding-error bounds, and spheres unfolded.
 //!
 //! Values of the inner loop are f32 on SIMD registers; transforms are f64. Knows nothing of shapes or scenes.
 
@@ -6,6 +6,7 @@ pub mod animated;
 pub mod bounds;
 pub mod error;
 pub mod frame;
+pub mod octahedron;
 pub mod ray;
 pub mod spline;
 pub mod transform;

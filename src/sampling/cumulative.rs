@@ -16,7 +16,7 @@ pub struct Cumulative {
 }
 
 /// Entries for each stretch of the guide: two cache lines of them.
-const ENTRIES_PER_STRETCH: usize = 32;
+const ENTRIES_PER_STRETCH: usize = 4;
 
 impl Cumulative {
     /// From weights that are finite and not negative; without any, the last entry is always drawn.
@@ -70,12 +70,12 @@ impl Cumulative {
             .map_or(self.starts.len() - 1, |&k| k as usize);
         // The last entry that begins at or before x: entries without weight begin where the next one does.
         let index = first + self.starts[first..=last].partition_point(|&start| start <= x) - 1;
-        let begin = self.starts[index] as u64;
+        let begin = i64::from(self.starts[index]);
         let end = self
             .starts
             .get(index + 1)
-            .map_or(1 << 32, |&start| start as u64);
-        let rest = (x as u64 - begin) as f32 / (end - begin) as f32;
+            .map_or(1 << 32, |&start| i64::from(start));
+        let rest = (i64::from(x) - begin) as f32 / (end - begin) as f32;
         (index, rest.min(ONE_MINUS_EPSILON))
     }
 }

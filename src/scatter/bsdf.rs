@@ -350,6 +350,18 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().any(|lobe| !lobe.bxdf.is_specular())
     }
 
+    /// The shading normal on the side of `wo` if lobes with a density scatter to that side only; zero otherwise.
+    #[inline]
+    pub fn facing(&self, wo: Vec3) -> Normal3 {
+        let reflects =
+            |lobe: &Lobe| lobe.bxdf.is_specular() || matches!(lobe.bxdf.sides(), Sides::Reflection);
+        if !self.lobes.iter().all(reflects) {
+            return Normal3::ZERO;
+        }
+        let n = self.frame.n;
+        Normal3(if n.dot(wo) < 0.0 { -n.0 } else { n.0 })
+    }
+
     /// Whether any lobe is diffuse.
     #[inline]
     pub fn has_diffuse(&self) -> bool {

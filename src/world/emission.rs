@@ -99,7 +99,7 @@ impl World {
             }
             Light::Distant(distant) => from_afar(-distant.direction, distant.radiance, 1.0),
             Light::Infinite(infinite) => {
-                let sample = infinite.sample(u_dir)?;
+                let sample = infinite.sample(u_dir, Normal3::ZERO)?;
                 from_afar(-sample.wi, sample.radiance, sample.pdf_w)
             }
             Light::Area(area) => self.sample_area_emission(light, area, u_pos, u_dir, time)?,
@@ -122,7 +122,7 @@ impl World {
             Light::Projection(projection) => (0.0, projection.pdf_direction(d)),
             Light::Goniometric(goniometric) => (0.0, goniometric.pdf_direction(d)),
             Light::Distant(_) => (pdf_disk, 0.0),
-            Light::Infinite(infinite) => (pdf_disk, infinite.pdf_w(-d)),
+            Light::Infinite(infinite) => (pdf_disk, infinite.pdf_w(-d, Normal3::ZERO)),
             Light::Area(area) => {
                 let shape = &self.geometry(area.geometry).shape;
                 if let Shape::Curves(_) = shape {

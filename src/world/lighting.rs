@@ -21,6 +21,9 @@ pub struct Receiver {
     pub p_err: Vec3,
     /// Geometric normal; zero in a medium.
     pub ng: Normal3,
+    /// Where light is wanted from one side only, and the surface draws directions of its own beside those of lights: the
+    /// shading normal on that side. Zero elsewhere.
+    pub facing: Normal3,
     /// Time.
     pub time: f32,
 }
@@ -156,7 +159,7 @@ impl World {
                 ))
             }
             Light::Infinite(infinite) => {
-                let sample = infinite.sample(u)?;
+                let sample = infinite.sample(u, at.facing)?;
                 let wi = sample.wi;
                 Some(LightSample {
                     wi,
@@ -310,7 +313,7 @@ impl World {
     pub fn environment_weighted(&self, at: &Receiver, w: Vec3, weight: impl Fn(f32) -> f32) -> Rgb {
         self.infinite_lights()
             .map(|(id, light)| {
-                let (le, pdf_w) = light.le_and_pdf(w);
+                let (le, pdf_w) = light.le_and_pdf(w, at.facing);
                 le * weight(pdf_w * self.light_pmf(at, id))
             })
             .sum()
@@ -364,6 +367,7 @@ mod tests {
             p: Point3::new(distance, 0.0, 0.0),
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
+            facing: Normal3::ZERO,
             time: 0.0,
         };
         let mut rng = Rng::new(1);

@@ -49,6 +49,7 @@ fn by_light_sampling(job: &Job, n: usize) -> Mean {
         p: surface.p,
         p_err: surface.p_err,
         ng: surface.ng,
+        facing: tyndall::math::Normal3::ZERO,
         time: 0.0,
     };
     let mut random = Uniform::new(5);

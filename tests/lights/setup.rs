@@ -56,6 +56,7 @@ pub(crate) fn receiver(p: [f32; 3], ng: [f32; 3]) -> Receiver {
         p: Point3::from(p),
         p_err: Vec3::ZERO,
         ng: Normal3::new(ng[0], ng[1], ng[2]),
+        facing: Normal3::ZERO,
         time: 0.0,
     }
 }

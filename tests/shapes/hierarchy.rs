@@ -175,6 +175,7 @@ fn g17_every_ray_finds_what_a_look_at_every_element_finds() {
             p: ray.o,
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
+            facing: Normal3::ZERO,
             time: ray.time,
         };
         let id = LightId::new(k as usize % 50);

@@ -345,7 +345,7 @@ impl<'a> Tracer<'a> {
     ) -> f64 {
         let pmf = f64::from(self.world.light_pmf(&receiver.receiver(self.time), light));
         let density = match self.world.light(light) {
-            Light::Infinite(infinite) => f64::from(infinite.pdf_w(toward)),
+            Light::Infinite(infinite) => f64::from(infinite.pdf_w(toward, Normal3::ZERO)),
             Light::Area(area) => {
                 let shape = &self.world.geometry(area.geometry).shape;
                 let pdf_w = shape.pdf_toward(area.element, receiver.p, p, ng);

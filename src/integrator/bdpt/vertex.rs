@@ -103,6 +103,8 @@ impl<'a> Vertex<'a> {
             p: self.p,
             p_err: self.p_err,
             ng: self.ng,
+            // Weights know one density of directions toward a light, for both ends.
+            facing: Normal3::ZERO,
             time,
         }
     }
