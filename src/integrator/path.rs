@@ -206,9 +206,10 @@ impl Path {
             crossings = 0;
 
             let ctx = texture_context(&surface, differential.take());
-            let bsdf = world
-                .materials()
-                .bsdf(material, &surface, &ctx, world.textures());
+            let (materials, textures) = (world.materials(), world.textures());
+            let frame = materials.shading_frame(material, &surface, &ctx, textures);
+            let mut bsdf = Bsdf::new(frame, surface.ng);
+            materials.add_lobes(material, &ctx, textures, &mut bsdf);
             if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf) {
                 state.end("nothing is scattered any further");
                 break;

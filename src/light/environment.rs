@@ -4,7 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
 use rayon::iter::{IndexedParallelIterator, ParallelIterator};
-use rayon::slice::ParallelSliceMut;
+use rayon::slice::{ParallelSlice, ParallelSliceMut};
 
 use crate::image::Image;
 use crate::light::patch_choice::{Drawn, PatchChoice, Weight};
@@ -69,15 +69,10 @@ impl EnvironmentMap {
     /// From an image with non-negative, finite texels. `None` if all are black.
     pub(super) fn new(map: &Image) -> Option<Self> {
         let (width, height) = (map.width(), map.height());
-        let mut texels = vec![[0.0; 3]; width * height];
-        texels
-            .par_chunks_exact_mut(width)
-            .enumerate()
-            .for_each(|(y, line)| {
-                for (x, texel) in line.iter_mut().enumerate() {
-                    *texel = map.rgb(x, y).to_array();
-                }
-            });
+        let texels = match map.channels() {
+            3 => map.data().as_chunks().0.to_vec(),
+            _ => map.data().iter().map(|&grey| [grey; 3]).collect(),
+        };
         // Row j of patches spans polar angles (j + ½) π / h to (j + 3/2) π / h; the last one wraps over both poles.
         let step = std::f64::consts::PI / height as f64;
         let sines: Vec<f64> = (0..height)
@@ -89,16 +84,19 @@ impl EnvironmentMap {
                 }
             })
             .collect();
-        let luminance = |x: usize, y: usize| {
-            Rgb::from_array(texels[(y % height) * width + x % width]).luminance() as f64
-        };
+        let mut luminances = vec![0.0; width * height];
+        luminances
+            .par_chunks_exact_mut(width)
+            .zip(texels.par_chunks_exact(width))
+            .for_each(|(line, texels)| {
+                for (luminance, &texel) in line.iter_mut().zip(texels) {
+                    *luminance = Rgb::from_array(texel).luminance();
+                }
+            });
         let choice = PatchChoice::new(width, height, |x, y| {
-            let corners = [
-                luminance(x, y),
-                luminance(x + 1, y),
-                luminance(x, y + 1),
-                luminance(x + 1, y + 1),
-            ];
+            let (x1, y1) = (next(x, width), next(y, height));
+            let corners = [(x, y), (x1, y), (x, y1), (x1, y1)]
+                .map(|(x, y)| f64::from(luminances[y * width + x]));
             Weight {
                 mean: 0.25 * corners.iter().sum::<f64>() * sines[y],
                 peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
@@ -123,7 +121,6 @@ impl EnvironmentMap {
 
     #[inline]
     fn patch(&self, column: usize, row: usize) -> Patch {
-        let next = |i: usize, n: usize| if i + 1 == n { 0 } else { i + 1 };
         let (x1, y1) = (next(column, self.width), next(row, self.height));
         let texel = |x: usize, y: usize| Rgb::from_array(self.texels[y * self.width + x]);
         let corners = [
@@ -210,6 +207,12 @@ impl EnvironmentMap {
             pdf_w,
         })
     }
+}
+
+/// The index after `i` of `n`, around the edge.
+#[inline]
+fn next(i: usize, n: usize) -> usize {
+    if i + 1 == n { 0 } else { i + 1 }
 }
 
 /// Draws from a density on [0, 1] that runs linearly from `a` to `b`, both non-negative.
