@@ -19,7 +19,7 @@ use crate::compile::space::{RenderSpace, WorldBounds};
 use crate::compile::textures::TextureBuilder;
 use crate::compile::{lights, lookup};
 use crate::describe::description::{
-    AreaLightRef, Entity, Frame, MaterialEntity, ObjectRef, ShapeEntity,
+    AreaLightRef, Entity, Frame, MaterialEntity, ObjectEntity, ObjectRef, ShapeEntity,
 };
 use crate::ids::{GeometryId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{AreaLight, Light};
@@ -220,12 +220,13 @@ fn bounds_of(shapes: &[LocalShape]) -> WorldBounds {
 }
 
 impl Loaded {
-    /// Object definitions that no instance places.
-    pub(super) fn n_objects_skipped(&self) -> usize {
-        self.objects
-            .iter()
-            .filter(|object| object.n_instances == 0)
-            .count()
+    /// Names of object definitions that no instance places.
+    pub(super) fn skipped_objects(&self, entities: &[ObjectEntity]) -> Vec<String> {
+        let skipped = self.objects.iter().zip(entities);
+        let skipped = skipped.filter(|(object, _)| object.n_instances == 0);
+        skipped
+            .map(|(_, entity)| entity.name.value.clone())
+            .collect()
     }
 
     /// Box around the scene in world space; motion counts at its key frames.

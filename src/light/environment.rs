@@ -84,7 +84,7 @@ impl EnvironmentMap {
                 }
             })
             .collect();
-        let mut luminances = vec![0.0; width * height];
+        let mut luminances = vec![0.0f32; width * height];
         luminances
             .par_chunks_exact_mut(width)
             .zip(texels.par_chunks_exact(width))
@@ -95,11 +95,12 @@ impl EnvironmentMap {
             });
         let choice = PatchChoice::new(width, height, |x, y| {
             let (x1, y1) = (next(x, width), next(y, height));
-            let corners = [(x, y), (x1, y), (x, y1), (x1, y1)]
-                .map(|(x, y)| f64::from(luminances[y * width + x]));
+            let row = |y: usize| &luminances[y * width..][..width];
+            let (above, below) = (row(y), row(y1));
+            let corners = [above[x], above[x1], below[x], below[x1]];
             Weight {
-                mean: 0.25 * corners.iter().sum::<f64>() * sines[y],
-                peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
+                mean: 0.25 * corners.into_iter().map(f64::from).sum::<f64>() * sines[y],
+                peak: f64::from(corners.into_iter().fold(0.0, f32::max)) * sines[y],
             }
         })?;
         let mean = mean_over_sphere(&texels, width, &sines);

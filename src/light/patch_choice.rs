@@ -97,10 +97,8 @@ impl PatchChoice {
             );
             let weight = &weight;
             rows.map(move |y| {
-                columns
-                    .clone()
-                    .map(move |x| weight(x, y))
-                    .collect::<Vec<Weight>>()
+                let columns = columns.clone();
+                columns.map(move |x| weight(x, y))
             })
         };
         let summed: Vec<Summed> = (0..n_columns * n_rows)
@@ -112,11 +110,11 @@ impl PatchChoice {
                     n_patches: 0,
                 };
                 for row in weights_of(cell) {
-                    for weight in &row {
+                    for weight in row {
                         summed.sum += weight.mean;
                         summed.largest = summed.largest.max(weight.peak);
+                        summed.n_patches += 1;
                     }
-                    summed.n_patches += row.len();
                 }
                 summed
             })
@@ -133,8 +131,9 @@ impl PatchChoice {
         let tables = uneven
             .into_par_iter()
             .map(|cell| {
-                let means = |row: Vec<Weight>| row.iter().map(|weight| weight.mean).collect();
-                let rows: Vec<Vec<f64>> = weights_of(cell).map(means).collect();
+                let rows: Vec<Vec<f64>> = weights_of(cell)
+                    .map(|row| row.map(|weight| weight.mean).collect())
+                    .collect();
                 let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
                 Table {
                     rows: Cumulative::new(&sums),

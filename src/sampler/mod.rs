@@ -221,10 +221,12 @@ impl Sampler {
         self.coordinate = first.wrapping_add(N as u32);
         let shuffle = mix_bits(self.pixel_key ^ mix_bits(!u64::from(first / LENGTH))) as u32;
         let index = owen::scramble_reversed(self.reversed, shuffle);
-        std::array::from_fn(|k| {
+        let mut point = [0; N];
+        for (k, (x, key)) in point.iter_mut().zip(keys).enumerate() {
             let coordinate = sobol::coordinate(index, (first % LENGTH) as usize + k);
-            owen::scramble(coordinate, (keys[k] >> 32) as u32)
-        })
+            *x = owen::scramble(coordinate, (key >> 32) as u32);
+        }
+        point
     }
 
     /// The next coordinates of a Halton point, one for each key, as long as there are any.
