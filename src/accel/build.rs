@@ -426,14 +426,16 @@ impl Plane {
             *side = side.with_point(Point3(item.center()));
             is_left
         });
-        let part = |side: usize, start: usize| Part {
+        debug_assert_eq!(n_left, self.sides[0].len as usize);
+        let part = |side: usize, start: usize, len: usize| Part {
             start,
-            len: self.sides[side].len as usize,
+            len,
             n_slots: self.sides[side].n_slots as usize,
             bounds: self.sides[side].bounds,
             centers: centers[side],
         };
-        [part(0, start), part(1, start + n_left)]
+        let right = start + n_left;
+        [part(0, start, n_left), part(1, right, items.len() - n_left)]
     }
 }
 
