@@ -323,12 +323,13 @@ fn split(items: &mut [Item], part: &Part, depth: usize) -> Option<[Part; 2]> {
             if part.fits_leaf() && leaf_cost <= plane.cost + NODE_COST * area {
                 return None;
             }
-            Some(partition(items, part.start, |item| plane.is_left(item)))
+            Some(plane.divide(items, part.start))
         }
         None if part.fits_leaf() => None,
         // No plane separates the centres: split by kind or by count.
         None if part.n_slots > 0 && part.n_slots < part.len => {
-            Some(partition(items, part.start, Item::is_slot))
+            let n_left = partition(items, Item::is_slot);
+            Some(parts_of(items, part.start, n_left))
         }
         None => {
             let axis = part.centers.extent().max_position();
@@ -337,35 +338,27 @@ fn split(items: &mut [Item], part: &Part, depth: usize) -> Option<[Part; 2]> {
                 let by_place = a.center()[axis].total_cmp(&b.center()[axis]);
                 by_place.then(a.key().cmp(&b.key()))
             });
-            let (left, right) = items.split_at(middle);
-            Some([
-                Part::of(left, part.start),
-                Part::of(right, part.start + middle),
-            ])
+            Some(parts_of(items, part.start, middle))
         }
     }
 }
 
-/// Moves the items that satisfy `is_left` to the front. The order of the result depends on nothing but the input.
-fn partition(items: &mut [Item], start: usize, is_left: impl Fn(&Item) -> bool) -> [Part; 2] {
-    let (mut left, mut right) = (Part::empty(start), Part::empty(start));
-    let (mut l, mut r) = (0, items.len());
-    loop {
-        while l < r && is_left(&items[l]) {
-            left.add(&items[l]);
-            l += 1;
-        }
-        while l < r && !is_left(&items[r - 1]) {
-            right.add(&items[r - 1]);
-            r -= 1;
-        }
-        if l == r {
-            break;
-        }
-        items.swap(l, r - 1);
+/// The parts of items that are divided already.
+fn parts_of(items: &[Item], start: usize, n_left: usize) -> [Part; 2] {
+    let (left, right) = items.split_at(n_left);
+    [Part::of(left, start), Part::of(right, start + n_left)]
+}
+
+/// Moves the items that satisfy `is_left` to the front; returns how many there are. The order of the result depends on
+/// nothing but the input. Every item is swapped, be it with itself: nobody can predict on which side it lies.
+fn partition(items: &mut [Item], mut is_left: impl FnMut(&Item) -> bool) -> usize {
+    let mut n_left = 0;
+    for next in 0..items.len() {
+        let is_left = is_left(&items[next]);
+        items.swap(n_left, next);
+        n_left += usize::from(is_left);
     }
-    right.start += l;
-    [left, right]
+    n_left
 }
 
 /// How the centres of a part fall into bins.
@@ -377,6 +370,9 @@ struct Binning {
 }
 
 impl Binning {
+    /// From 2²³ on the last bit of an f32 counts units: addition rounds to whole numbers.
+    const UNITS: f32 = 8_388_608.0;
+
     fn new(part: &Part) -> Self {
         let n_bins = (4 + part.len / 32).min(MAX_BINS);
         let extent = part.centers.extent();
@@ -392,11 +388,20 @@ impl Binning {
 
     #[inline]
     fn bins(&self, item: &Item) -> [usize; 3] {
-        // From 2²³ on the last bit of an f32 counts units: addition rounds to whole numbers.
-        const UNITS: f32 = 8_388_608.0;
-        let place = (item.center() - self.lo) * self.bins_per_unit + Vec3A::splat(UNITS);
-        let bin = |x: f32| ((x.to_bits() & 0x7f_ffff) as usize).min(self.n_bins - 1);
-        [bin(place.x), bin(place.y), bin(place.z)]
+        let place = (item.center() - self.lo) * self.bins_per_unit + Vec3A::splat(Self::UNITS);
+        [place.x, place.y, place.z].map(|place| self.bin_at(place))
+    }
+
+    /// The bin along one axis.
+    #[inline]
+    fn bin(&self, item: &Item, axis: usize) -> usize {
+        let center = item.lo[axis] + item.hi[axis];
+        self.bin_at((center - self.lo[axis]) * self.bins_per_unit[axis] + Self::UNITS)
+    }
+
+    #[inline]
+    fn bin_at(&self, place: f32) -> usize {
+        ((place.to_bits() & 0x7f_ffff) as usize).min(self.n_bins - 1)
     }
 }
 
@@ -407,12 +412,30 @@ struct Plane {
     bin: usize,
     /// Expected tests times half area of the parent.
     cost: f32,
+    /// All that is left of it, and right of it.
+    sides: [Bin; 2],
 }
 
 impl Plane {
-    #[inline]
-    fn is_left(&self, item: &Item) -> bool {
-        self.binning.bins(item)[self.axis] < self.bin
+    /// Divides the items. What the bins know of both sides needs no second look.
+    fn divide(&self, items: &mut [Item], start: usize) -> [Part; 2] {
+        let mut centers = [Bounds3::EMPTY; 2];
+        let n_left = partition(items, |item| {
+            let is_left = self.binning.bin(item, self.axis) < self.bin;
+            let side = &mut centers[usize::from(!is_left)];
+            *side = side.with_point(Point3(item.center()));
+            is_left
+        });
+        debug_assert_eq!(n_left, self.sides[0].len as usize);
+        let part = |side: usize, start: usize, len: usize| Part {
+            start,
+            len,
+            n_slots: self.sides[side].n_slots as usize,
+            bounds: self.sides[side].bounds,
+            centers: centers[side],
+        };
+        let right = start + n_left;
+        [part(0, start, n_left), part(1, right, items.len() - n_left)]
     }
 }
 
@@ -442,15 +465,29 @@ impl Bin {
         if self.len == 0 {
             return 0.0;
         }
-        self.bounds.half_area() * cost(self.len as usize, self.n_slots as usize)
+        // Not empty: an item's box is not.
+        let e = self.bounds.extent();
+        let half_area = e.x * e.y + e.y * e.z + e.z * e.x;
+        half_area * cost(self.len as usize, self.n_slots as usize)
     }
 }
 
 /// The plane of least expected cost among the bin borders of the three axes.
 fn best_plane(items: &[Item], part: &Part) -> Option<Plane> {
+    // Most parts are small, and need few bins to be cleared.
+    const FEW: usize = 8;
     let binning = Binning::new(part);
+    if binning.n_bins <= FEW {
+        best_border::<FEW>(items, binning)
+    } else {
+        best_border::<MAX_BINS>(items, binning)
+    }
+}
+
+/// The plane of least expected cost among the borders of at most `N` bins.
+fn best_border<const N: usize>(items: &[Item], binning: Binning) -> Option<Plane> {
     let n_bins = binning.n_bins;
-    let mut bins = [[Bin::EMPTY; MAX_BINS]; 3];
+    let mut bins = [[Bin::EMPTY; N]; 3];
     for item in items {
         let one = Bin {
             bounds: item.bounds(),
@@ -461,10 +498,11 @@ fn best_plane(items: &[Item], part: &Part) -> Option<Plane> {
             bins[bin].add(&one);
         }
     }
-    let mut best: Option<Plane> = None;
+    // Cost, axis, and first bin of the right side.
+    let mut best: Option<(f32, usize, usize)> = None;
     for (axis, bins) in bins.iter().enumerate() {
         // Costs of everything to the right of each border, then sweep from the left.
-        let mut right_cost = [0f32; MAX_BINS];
+        let mut right_cost = [0f32; N];
         let mut right = Bin::EMPTY;
         for bin in (1..n_bins).rev() {
             right.add(&bins[bin]);
@@ -477,15 +515,23 @@ fn best_plane(items: &[Item], part: &Part) -> Option<Plane> {
                 continue;
             }
             let cost = left.cost() + right_cost[bin];
-            if best.as_ref().is_none_or(|best| cost < best.cost) {
-                best = Some(Plane {
-                    binning,
-                    axis,
-                    bin,
-                    cost,
-                });
+            if best.is_none_or(|(least, ..)| cost < least) {
+                best = Some((cost, axis, bin));
             }
         }
     }
-    best
+    let (cost, axis, bin) = best?;
+    let sum = |bins: &[Bin]| {
+        let mut sum = Bin::EMPTY;
+        bins.iter().for_each(|bin| sum.add(bin));
+        sum
+    };
+    let (left, right) = bins[axis][..n_bins].split_at(bin);
+    Some(Plane {
+        binning,
+        axis,
+        bin,
+        cost,
+        sides: [sum(left), sum(right)],
+    })
 }

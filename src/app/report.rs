@@ -114,17 +114,23 @@ pub(super) struct JobReport {
     elements: usize,
     has_media: bool,
     has_null_surfaces: bool,
-    skipped: SkippedReport,
+    /// How much the picture does not need.
+    skipped: SkippedReport<usize>,
+    /// What that is.
+    skipped_names: SkippedReport<Vec<String>>,
 }
 
 /// What nothing in the picture leads to.
 #[derive(Serialize, Debug)]
-struct SkippedReport {
-    textures: usize,
-    materials: usize,
-    media: usize,
-    objects: usize,
+struct SkippedReport<T> {
+    textures: T,
+    materials: T,
+    media: T,
+    objects: T,
 }
+
+/// Most names of one sort that are shown to people.
+const MAX_NAMES: usize = 8;
 
 /// What happened during rendering.
 #[derive(Serialize, Debug)]
@@ -221,7 +227,7 @@ impl JobReport {
             materials,
             media,
             objects,
-        } = compiled.skipped;
+        } = compiled.skipped.clone();
         let range =
             |start: i32, length: usize| [i64::from(start), i64::from(start) + length as i64];
         let ([x0, x1], [y0, y1]) = (range(crop.x0, crop.width), range(crop.y0, crop.height));
@@ -235,6 +241,12 @@ impl JobReport {
             has_media: job.world.facts().has_media,
             has_null_surfaces: job.world.facts().has_null_surfaces,
             skipped: SkippedReport {
+                textures: textures.len(),
+                materials: materials.len(),
+                media: media.len(),
+                objects: objects.len(),
+            },
+            skipped_names: SkippedReport {
                 textures,
                 materials,
                 media,
@@ -258,11 +270,28 @@ impl JobReport {
             media: n_media,
             objects,
         } = self.skipped;
+        let names = &self.skipped_names;
+        let names = [
+            ("textures", &names.textures),
+            ("materials", &names.materials),
+            ("media", &names.media),
+            ("objects", &names.objects),
+        ];
+        let listed = |(what, names): (&str, &Vec<String>)| {
+            let shown = names.iter().take(MAX_NAMES);
+            let mut shown: Vec<String> = shown.map(|name| format!("\"{name}\"")).collect();
+            if names.len() > MAX_NAMES {
+                shown.push(format!("and {} more", names.len() - MAX_NAMES));
+            }
+            format!("\n             {what} {}", shown.join(", "))
+        };
+        let skipped = names.into_iter().filter(|(_, names)| !names.is_empty());
+        let skipped: String = skipped.map(listed).collect();
         format!(
             "  frame      {width} x {height} pixels, of which x {x0} to {x1}, y {y0} to {y1}\n  \
                sampling   {} samples per pixel, seed {}, integrator \"{}\"\n  \
                world      {} surface elements, {media}\n  \
-               unused     {textures} textures, {materials} materials, {n_media} media, {objects} objects",
+               unused     {textures} textures, {materials} materials, {n_media} media, {objects} objects{skipped}",
             self.spp, self.seed, self.integrator, self.elements,
         )
     }

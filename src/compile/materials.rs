@@ -160,8 +160,15 @@ impl MaterialBuilder {
         self.ids[index].unwrap_or(MaterialId::NONE)
     }
 
-    pub(super) fn skipped(&self) -> usize {
-        self.ids.iter().filter(|id| id.is_none()).count()
+    /// Names of those that nothing has led to.
+    pub(super) fn skipped(&self) -> Vec<String> {
+        let skipped = self.entities.iter().zip(&self.ids);
+        let skipped = skipped.filter(|(_, id)| id.is_none());
+        let name = |entity: &MaterialEntity| {
+            let name = entity.name.as_ref().unwrap_or(&entity.entity.kind);
+            name.value.clone()
+        };
+        skipped.map(|(entity, _)| name(entity)).collect()
     }
 
     pub(super) fn finish(mut self, diagnostics: &mut Diagnostics) -> Materials {

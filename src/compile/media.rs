@@ -83,8 +83,11 @@ impl<'a> Media<'a> {
         self.is_ignored
     }
 
-    pub(super) fn skipped(&self) -> usize {
-        self.ids.iter().filter(|id| id.is_none()).count()
+    /// Names of those that nothing has led to.
+    pub(super) fn skipped(&self) -> Vec<String> {
+        let skipped = self.names.iter().zip(&self.ids);
+        let skipped = skipped.filter(|(_, id)| id.is_none());
+        skipped.map(|(name, _)| name.clone()).collect()
     }
 
     /// The media and their names.

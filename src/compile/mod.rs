@@ -64,17 +64,17 @@ pub struct Compiled {
     pub skipped: Skipped,
 }
 
-/// Things that were left alone because nothing leads to them.
-#[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
+/// Names of things that were left alone because nothing leads to them, in the order of their definitions.
+#[derive(Clone, PartialEq, Eq, Debug, Default)]
 pub struct Skipped {
     /// Textures.
-    pub textures: usize,
-    /// Materials.
-    pub materials: usize,
+    pub textures: Vec<String>,
+    /// Materials; those without a name of their own by that of their plugin.
+    pub materials: Vec<String>,
     /// Media.
-    pub media: usize,
+    pub media: Vec<String>,
     /// Object definitions.
-    pub objects: usize,
+    pub objects: Vec<String>,
 }
 
 /// Builds the job of a frame. `None` if there is nothing sensible to render; the diagnostics then say why.
@@ -102,7 +102,7 @@ fn build(
     let camera = camera::camera(frame, film.as_ref(), assets, diagnostics);
 
     let loaded = geometry::load(frame, assets, diagnostics);
-    let n_objects_skipped = loaded.n_objects_skipped();
+    let skipped_objects = loaded.skipped_objects(&frame.objects);
     let (film, samples, integrator, camera) = (film?, samples?, integrator?, camera?);
     let space = space::RenderSpace::new(loaded.world_bounds(), camera.position());
 
@@ -152,7 +152,7 @@ fn build(
         textures: textures.skipped(),
         materials: materials.skipped(),
         media: media.skipped(),
-        objects: n_objects_skipped,
+        objects: skipped_objects,
     };
     parts.materials = materials.finish(diagnostics);
     parts.textures = textures.finish();

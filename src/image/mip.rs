@@ -244,6 +244,17 @@ impl MipMap {
     }
 }
 
+/// A row of means of 2×2 texels of `N` channels.
+fn halve_row<const N: usize>(above: &[f32], below: &[f32], row: &mut [f32]) {
+    let pairs = |row| <[f32]>::as_chunks::<N>(row).0.as_chunks::<2>().0;
+    let squares = pairs(above).iter().zip(pairs(below));
+    for (texel, (a, b)) in row.as_chunks_mut::<N>().0.iter_mut().zip(squares) {
+        *texel = std::array::from_fn(|c| {
+            0.25 * a[0][c] + 0.25 * a[1][c] + 0.25 * b[0][c] + 0.25 * b[1][c]
+        });
+    }
+}
+
 /// The next coarser level: means of 2×2 texels, wrapped where a side is already 1.
 fn halve(fine: &Image, wrap: Wrap) -> Image {
     let (width, height) = ((fine.width() / 2).max(1), (fine.height() / 2).max(1));
@@ -252,6 +263,14 @@ fn halve(fine: &Image, wrap: Wrap) -> Image {
     data.par_chunks_exact_mut(width * channels)
         .enumerate()
         .for_each(|(y, row)| {
+            if fine.width() > 1 && fine.height() > 1 {
+                let length = fine.width() * channels;
+                let (above, below) = fine.data()[2 * y * length..][..2 * length].split_at(length);
+                return match channels {
+                    1 => halve_row::<1>(above, below, row),
+                    _ => halve_row::<3>(above, below, row),
+                };
+            }
             for (x, pixel) in row.chunks_exact_mut(channels).enumerate() {
                 for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
                     let fine_x = wrap.index((2 * x + dx) as i64, fine.width());

@@ -74,8 +74,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
                 &line,
                 header.channels.list[line.location.channel].sample_type,
                 samples,
-            )
-            .map_err(exr_error)?;
+            );
         }
     }
 
@@ -169,30 +168,31 @@ fn check_chunk(chunk: &Chunk, header: &Header) -> Result<(), ImageError> {
     Ok(())
 }
 
-/// One line of one channel, converted to f32.
+/// One line of one channel, converted to f32. Samples of decompressed lines are in the byte order of this machine.
 fn read_line<'a>(
     line: &LineRef<'_>,
     sample_type: SampleType,
     samples: impl Iterator<Item = &'a mut f32>,
-) -> Result<(), Error> {
+) {
     match sample_type {
-        SampleType::F16 => {
-            for (sample, value) in samples.zip(line.read_samples::<f16>()) {
-                *sample = value?.to_f32();
-            }
-        }
-        SampleType::F32 => {
-            for (sample, value) in samples.zip(line.read_samples::<f32>()) {
-                *sample = value?;
-            }
-        }
-        SampleType::U32 => {
-            for (sample, value) in samples.zip(line.read_samples::<u32>()) {
-                *sample = value? as f32;
-            }
-        }
+        SampleType::F16 => convert(line.value, samples, |bytes| {
+            f16::from_ne_bytes(bytes).to_f32()
+        }),
+        SampleType::F32 => convert(line.value, samples, f32::from_ne_bytes),
+        SampleType::U32 => convert(line.value, samples, |bytes| {
+            u32::from_ne_bytes(bytes) as f32
+        }),
     }
-    Ok(())
+}
+
+fn convert<'a, const N: usize>(
+    bytes: &[u8],
+    samples: impl Iterator<Item = &'a mut f32>,
+    value: impl Fn([u8; N]) -> f32,
+) {
+    for (sample, &bytes) in samples.zip(bytes.as_chunks().0) {
+        *sample = value(bytes);
+    }
 }
 
 /// Which part and which of its channels make the picture.

@@ -35,13 +35,9 @@ pub fn repair(image: &mut Image, samples: Samples) -> Repairs {
         Samples::NonNegative => 0.0,
         Samples::Finite => f32::MIN,
     };
-    // Most are sound, which is quickly seen: without a way out of the loop it takes eight samples at a time.
-    let is_sound = |samples: &[f32]| {
-        samples.iter().fold(true, |sound, &s| {
-            sound & (s >= lowest) & (s < f32::INFINITY)
-        })
-    };
-    if image.data().chunks(1 << 12).all(is_sound) {
+    // Nearly every image is sound, and a pass that only looks runs as fast as memory does.
+    let is_sound = |ok: bool, sample: &f32| ok & (*sample >= lowest) & (*sample <= f32::MAX);
+    if image.data().iter().fold(true, is_sound) {
         return Repairs::default();
     }
     let largest = image

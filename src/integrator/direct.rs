@@ -125,9 +125,10 @@ impl Direct {
         let mut radiance = emitted.map_or(Rgb::BLACK, |(_, le)| le);
         let ctx = texture_context(surface, branch.differential.as_ref());
         let material = world.geometry(seen.hit.target.geometry).material;
-        let bsdf = world
-            .materials()
-            .bsdf(material, surface, &ctx, world.textures());
+        let (materials, textures) = (world.materials(), world.textures());
+        let frame = materials.shading_frame(material, surface, &ctx, textures);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
+        materials.add_lobes(material, &ctx, textures, &mut bsdf);
         if bsdf.has_non_specular() {
             let point = LitPoint::new(&branch.ray, surface, &bsdf);
             radiance += state.direct_light(self.lights, &point);

@@ -3,10 +3,10 @@
 
 use crate::ids::LightId;
 use crate::integrator::Counters;
-use crate::math::{Ray, Vec3};
+use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::sampling::mis::power_heuristic;
-use crate::scatter::{Bsdf, TransportMode};
+use crate::scatter::{Bsdf, Seen, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::world::{LightSample, Receiver, World, spawn_ray};
@@ -14,9 +14,9 @@ use crate::world::{LightSample, Receiver, World, spawn_ray};
 /// A surface that light falls on.
 pub(super) struct LitPoint<'a> {
     pub(super) at: Receiver,
-    pub(super) bsdf: &'a Bsdf<'a>,
-    /// Unit direction that light is scattered to.
-    pub(super) wo: Vec3,
+    bsdf: &'a Bsdf<'a>,
+    /// From the direction that light is scattered to.
+    seen: Seen<'a, 'a>,
 }
 
 /// Random numbers for one point on one light and one direction of the surface.
@@ -50,7 +50,7 @@ impl<'a> LitPoint<'a> {
                 time: ray.time,
             },
             bsdf,
-            wo: -ray.d,
+            seen: bsdf.seen_from(-ray.d),
         }
     }
 
@@ -85,15 +85,15 @@ impl<'a> LitPoint<'a> {
         let Some(sample) = sample else {
             return Rgb::BLACK;
         };
-        let Self { bsdf, wo, .. } = *self;
-        let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
+        let Self { bsdf, seen, .. } = self;
+        let f = seen.f(sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
         if f.is_black() {
             return Rgb::BLACK;
         }
         let weight = if sample.is_delta || n_found == 0.0 {
             1.0
         } else {
-            power_heuristic(sample.pdf, n_found * bsdf.pdf(wo, sample.wi))
+            power_heuristic(sample.pdf, n_found * seen.pdf(sample.wi))
         };
         let contribution = f * sample.radiance * (weight / sample.pdf);
         if contribution.is_black() {
@@ -116,8 +116,8 @@ impl<'a> LitPoint<'a> {
         n_samples: impl Fn(LightId) -> f32,
         counters: &mut Counters,
     ) -> Rgb {
-        let Self { at, bsdf, wo } = self;
-        let drawn = bsdf.sample(*wo, u_lobe, u, TransportMode::Radiance);
+        let Self { at, seen, .. } = self;
+        let drawn = seen.sample(u_lobe, u, TransportMode::Radiance);
         let Some(drawn) = drawn.filter(|drawn| !drawn.specular && !drawn.weight.is_black()) else {
             return Rgb::BLACK;
         };

@@ -213,9 +213,10 @@ impl Path {
             crossings = 0;
 
             let ctx = texture_context(&surface, differential.take());
-            let bsdf = world
-                .materials()
-                .bsdf(material, &surface, &ctx, world.textures());
+            let (materials, textures) = (world.materials(), world.textures());
+            let frame = materials.shading_frame(material, &surface, &ctx, textures);
+            let mut bsdf = Bsdf::new(frame, surface.ng);
+            materials.add_lobes(material, &ctx, textures, &mut bsdf);
             if !state.scatter_at_surface::<VOLUMETRIC>(material, &hit, &surface, &ctx, &bsdf) {
                 state.end("nothing is scattered any further");
                 break;
@@ -503,22 +504,23 @@ impl<O: Observer> State<'_, O> {
             },
             time: self.ray.time,
         };
+        let seen = bsdf.seen_from(wo);
         if bsdf.has_non_specular()
             && let Some(sample) = self.world.sample_light(&at, u_light, u)
         {
-            let f = bsdf.f(wo, sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
+            let f = seen.f(sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
             if !f.is_black() {
                 let weight = if sample.is_delta {
                     1.0
                 } else {
-                    power_heuristic(sample.pdf, bsdf.pdf(wo, sample.wi))
+                    power_heuristic(sample.pdf, seen.pdf(sample.wi))
                 };
                 let medium = medium_toward(sample.wi, self.medium);
                 self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
             }
         }
         let (u_lobe, u) = (self.sampler.get_1d(), self.sampler.get_2d());
-        let sample = bsdf.sample(wo, u_lobe, u, TransportMode::Radiance)?;
+        let sample = seen.sample(u_lobe, u, TransportMode::Radiance)?;
         self.beta *= sample.weight;
         if self.beta.is_black() {
             return None;

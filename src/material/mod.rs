@@ -172,18 +172,38 @@ impl Materials {
         ctx: &TextureContext,
         textures: &Textures,
     ) -> Bsdf<'a> {
-        let at = Inputs { ctx, textures };
-        let (ns, tangent) = match self.bump(id) {
+        let frame = self.shading_frame(id, surface, ctx, textures);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
+        self.add_lobes(id, ctx, textures, &mut bsdf);
+        bsdf
+    }
+
+    /// The frame of [`Materials::bsdf`].
+    pub fn shading_frame(
+        &self,
+        id: MaterialId,
+        surface: &SurfacePoint,
+        ctx: &TextureContext,
+        textures: &Textures,
+    ) -> Frame {
+        match self.bump(id) {
             Some(height) => {
                 let bumped = bump::bumped(surface, height, ctx, textures);
-                (bumped.ns, bumped.tangent)
+                Frame::from_normal_tangent(bumped.ns, bumped.tangent)
             }
-            None => (surface.ns, surface.tangent),
-        };
-        let frame = Frame::from_normal_tangent(ns, tangent);
-        let mut bsdf = Bsdf::new(frame, surface.ng);
-        self.scatter(id, &at, &mut bsdf);
-        bsdf
+            None => Frame::from_normal_tangent(surface.ns, surface.tangent),
+        }
+    }
+
+    /// The lobes of [`Materials::bsdf`]: added in place, they need not be moved, which costs as much as to find them.
+    pub fn add_lobes<'a>(
+        &'a self,
+        id: MaterialId,
+        ctx: &TextureContext,
+        textures: &Textures,
+        bsdf: &mut Bsdf<'a>,
+    ) {
+        self.scatter(id, &Inputs { ctx, textures }, bsdf);
     }
 
     /// The bump map of a material; of a mixture, that of its first part.

@@ -161,12 +161,7 @@ impl Sampler {
 
     #[inline]
     fn zero_two(&self, key: u64) -> [u32; 2] {
-        let index = owen::scramble_reversed(self.reversed, key as u32);
-        let key = mix_bits(key);
-        [
-            owen::scramble(owen::sobol_0(index), key as u32),
-            owen::scramble(owen::sobol_1(index), (key >> 32) as u32),
-        ]
+        zero_two(self.reversed, key)
     }
 
     /// Kept out of line, so that what most pictures need stays short.
@@ -226,10 +221,12 @@ impl Sampler {
         self.coordinate = first.wrapping_add(N as u32);
         let shuffle = mix_bits(self.pixel_key ^ mix_bits(!u64::from(first / LENGTH))) as u32;
         let index = owen::scramble_reversed(self.reversed, shuffle);
-        std::array::from_fn(|k| {
+        let mut point = [0; N];
+        for (k, (x, key)) in point.iter_mut().zip(keys).enumerate() {
             let coordinate = sobol::coordinate(index, (first % LENGTH) as usize + k);
-            owen::scramble(coordinate, (keys[k] >> 32) as u32)
-        })
+            *x = owen::scramble(coordinate, (key >> 32) as u32);
+        }
+        point
     }
 
     /// The next coordinates of a Halton point, one for each key, as long as there are any.
@@ -272,7 +269,13 @@ impl Sampler {
             // A stretch of several points is no point of a sequence that others share.
             _ => SamplerKind::ZeroTwo,
         };
-        SampleArray { start, first }
+        let mut array = SampleArray {
+            start,
+            first,
+            key: 0,
+        };
+        array.key = array.at(0).next_key();
+        array
     }
 
     /// A stream of its own for a loop of unknown length; takes one dimension.
@@ -289,11 +292,24 @@ impl Sampler {
     }
 }
 
+/// The point of the (0,2)-sequence of a key whose index, its bits in reverse, is `reversed`.
+#[inline]
+fn zero_two(reversed: u32, key: u64) -> [u32; 2] {
+    let index = owen::scramble_reversed(reversed, key as u32);
+    let key = mix_bits(key);
+    [
+        owen::scramble(owen::sobol_0(index), key as u32),
+        owen::scramble(owen::sobol_1(index), (key >> 32) as u32),
+    ]
+}
+
 /// Several points of one sample in one dimension.
 #[derive(Clone, Debug)]
 pub struct SampleArray {
     start: Sampler,
     first: u64,
+    /// Of the first point and all that share its sequence.
+    key: u64,
 }
 
 impl SampleArray {
@@ -306,6 +322,11 @@ impl SampleArray {
     /// Both numbers of point `i`.
     #[inline]
     pub fn get_2d(&self, i: u32) -> [f32; 2] {
+        let index = self.first + u64::from(i);
+        let is_in_first_sequence = index >> 32 == self.first >> 32;
+        if matches!(self.start.kind, SamplerKind::ZeroTwo) && is_in_first_sequence {
+            return zero_two((index as u32).reverse_bits(), self.key).map(unit_f32);
+        }
         self.at(i).get_2d()
     }
 

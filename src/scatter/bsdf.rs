@@ -245,15 +245,15 @@ struct Lobe<'a> {
 /// Most lobes a surface point may have. A single material has at most 8; mixtures add theirs up.
 pub const MAX_LOBES: usize = 16;
 
-/// The probability of each lobe.
-type Chances = ArrayVec<f32, MAX_LOBES>;
+/// The probability of each lobe; of as many as there are.
+type Chances = [f32; MAX_LOBES];
 
 /// Share of the choice among lobes that all of them have alike, whatever they are thought to scatter.
 const CHOSEN_ALIKE: f32 = 0.2;
 
 /// The lobe that `u` falls to, and where in its share.
 #[inline]
-fn choose(chances: &Chances, u: f32) -> (usize, f32) {
+fn choose(chances: &[f32], u: f32) -> (usize, f32) {
     let mut rest = u;
     for (index, &chance) in chances.iter().enumerate() {
         if rest < chance {
@@ -372,7 +372,7 @@ impl<'a> Bsdf<'a> {
     #[inline]
     pub fn specular_share(&self, wo: Vec3) -> f32 {
         let chances = self.chances(self.frame.to_local(wo));
-        let lobes = self.lobes.iter().zip(&chances);
+        let lobes = self.lobes.iter().zip(chances);
         lobes
             .filter(|(lobe, _)| lobe.bxdf.is_specular())
             .map(|(_, chance)| chance)
@@ -385,7 +385,8 @@ impl<'a> Bsdf<'a> {
         if self.lobes.is_empty() {
             return false;
         }
-        let (index, _) = choose(&self.chances(self.frame.to_local(wo)), u_lobe);
+        let chances = self.chances(self.frame.to_local(wo));
+        let (index, _) = choose(&chances[..self.lobes.len()], u_lobe);
         self.lobes[index].bxdf.is_specular()
     }
 
@@ -415,42 +416,41 @@ impl<'a> Bsdf<'a> {
 
     /// Density of [`Bsdf::sample`] in sr⁻¹ over the lobes that are not specular.
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {
-        self.pdf_local(self.frame.to_local(wo), self.frame.to_local(wi))
+        self.seen_from(wo).pdf(wi)
     }
 
-    fn pdf_local(&self, wo: Vec3, wi: Vec3) -> f32 {
-        if wo.z() == 0.0 {
-            return 0.0;
+    /// All lobes as they are seen from `wo`: for more than one question about that direction.
+    #[inline]
+    pub fn seen_from(&self, wo: Vec3) -> Seen<'_, 'a> {
+        let wo_local = self.frame.to_local(wo);
+        Seen {
+            bsdf: self,
+            wo,
+            wo_local,
+            chances: self.chances(wo_local),
         }
-        self.pdf_by(&self.chances(wo), wo, wi)
-    }
-
-    /// The density, where lobes are chosen with these probabilities.
-    fn pdf_by(&self, chances: &Chances, wo: Vec3, wi: Vec3) -> f32 {
-        let lobes = self.lobes.iter().zip(chances);
-        lobes
-            .map(|(lobe, chance)| chance * lobe.bxdf.pdf(wo, wi))
-            .sum()
     }
 
     /// The probability with which each lobe is chosen: a share that all have alike, the rest by what they scatter.
+    #[inline]
     fn chances(&self, wo: Vec3) -> Chances {
+        let mut chances = [0.0; MAX_LOBES];
         if self.lobes.len() == 1 {
-            return Chances::from_iter([1.0]);
+            chances[0] = 1.0;
+            return chances;
         }
-        let mut chances: Chances = self
-            .lobes
-            .iter()
-            .map(|lobe| (lobe.scale * lobe.bxdf.importance(wo)).max_component())
-            .collect();
-        let n_lobes = chances.len() as f32;
-        let sum: f32 = chances.iter().sum();
+        let mut sum = 0.0;
+        for (lobe, chance) in self.lobes.iter().zip(&mut chances) {
+            *chance = (lobe.scale * lobe.bxdf.importance(wo)).max_component();
+            sum += *chance;
+        }
+        let n_lobes = self.lobes.len() as f32;
         let (alike, factor) = if sum > 0.0 && sum.is_finite() {
             (CHOSEN_ALIKE / n_lobes, (1.0 - CHOSEN_ALIKE) / sum)
         } else {
             (1.0 / n_lobes, 0.0)
         };
-        for chance in &mut chances {
+        for chance in &mut chances[..self.lobes.len()] {
             *chance = alike + factor * chance.min(f32::MAX);
         }
         chances
@@ -462,7 +462,8 @@ impl<'a> Bsdf<'a> {
         w.abs_dot(self.frame.n)
     }
 
-    /// Draws a direction: a lobe by `u_lobe`, then a direction of that lobe by what is left of `u_lobe` and by `u`. `None` where nothing scatters.
+    /// Draws a direction: a lobe by `u_lobe`, then a direction of that lobe by what is left of `u_lobe` and by `u`.
+    /// `None` where nothing scatters.
     pub fn sample(
         &self,
         wo: Vec3,
@@ -470,48 +471,7 @@ impl<'a> Bsdf<'a> {
         u: [f32; 2],
         mode: TransportMode,
     ) -> Option<BsdfSample> {
-        let wo_local = self.frame.to_local(wo);
-        if wo_local.z() == 0.0 || self.lobes.is_empty() {
-            return None;
-        }
-        let chances = self.chances(wo_local);
-        let (index, u_part) = choose(&chances, u_lobe);
-        let chosen = &self.lobes[index];
-        match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
-            LobeSample::Specular(sample) => Some(BsdfSample {
-                wi: self.frame.to_world(sample.wi),
-                weight: sample.weight * chosen.scale * (1.0 / chances[index]),
-                pdf_w: 0.0,
-                specular: true,
-                transmitted: sample.transmitted,
-                eta_scale: if sample.transmitted {
-                    self.eta_scale(wo)
-                } else {
-                    1.0
-                },
-            }),
-            LobeSample::Smooth(wi_local) => {
-                let pdf_w = self.pdf_by(&chances, wo_local, wi_local);
-                if pdf_w <= 0.0 {
-                    return None;
-                }
-                let wi = self.frame.to_world(wi_local);
-                let reflects = self.reflects(wo, wi);
-                let f = self.f_local(wo_local, wi_local, reflects, mode);
-                Some(BsdfSample {
-                    wi,
-                    weight: f * (wi_local.z().abs() / pdf_w),
-                    pdf_w,
-                    specular: false,
-                    transmitted: match chosen.bxdf.sides() {
-                        Sides::Reflection => false,
-                        Sides::Transmission => true,
-                        Sides::Both | Sides::Each => !reflects,
-                    },
-                    eta_scale: 1.0,
-                })
-            }
-        }
+        self.seen_from(wo).sample(u_lobe, u, mode)
     }
 
     /// All that specular lobes send on, in render space, once for each direction.
@@ -546,6 +506,85 @@ impl<'a> Bsdf<'a> {
             self.eta * self.eta
         } else {
             1.0 / (self.eta * self.eta)
+        }
+    }
+}
+
+/// A [`Bsdf`] as it is seen from one direction.
+#[derive(Clone, Debug)]
+pub struct Seen<'b, 'a> {
+    bsdf: &'b Bsdf<'a>,
+    wo: Vec3,
+    wo_local: Vec3,
+    chances: Chances,
+}
+
+impl Seen<'_, '_> {
+    /// See [`Bsdf::f`].
+    pub fn f(&self, wi: Vec3, mode: TransportMode) -> Rgb {
+        let bsdf = self.bsdf;
+        let reflects = bsdf.reflects(self.wo, wi);
+        bsdf.f_local(self.wo_local, bsdf.frame.to_local(wi), reflects, mode)
+    }
+
+    /// See [`Bsdf::pdf`].
+    pub fn pdf(&self, wi: Vec3) -> f32 {
+        if self.wo_local.z() == 0.0 {
+            return 0.0;
+        }
+        self.pdf_local(self.bsdf.frame.to_local(wi))
+    }
+
+    fn pdf_local(&self, wi: Vec3) -> f32 {
+        let lobes = self.bsdf.lobes.iter().zip(&self.chances);
+        lobes
+            .map(|(lobe, chance)| chance * lobe.bxdf.pdf(self.wo_local, wi))
+            .sum()
+    }
+
+    /// See [`Bsdf::sample`].
+    pub fn sample(&self, u_lobe: f32, u: [f32; 2], mode: TransportMode) -> Option<BsdfSample> {
+        let Self { bsdf, wo, .. } = *self;
+        let wo_local = self.wo_local;
+        if wo_local.z() == 0.0 || bsdf.lobes.is_empty() {
+            return None;
+        }
+        let (index, u_part) = choose(&self.chances[..bsdf.lobes.len()], u_lobe);
+        let chosen = &bsdf.lobes[index];
+        match chosen.bxdf.sample(wo_local, u_part, u, mode)? {
+            LobeSample::Specular(sample) => Some(BsdfSample {
+                wi: bsdf.frame.to_world(sample.wi),
+                weight: sample.weight * chosen.scale * (1.0 / self.chances[index]),
+                pdf_w: 0.0,
+                specular: true,
+                transmitted: sample.transmitted,
+                eta_scale: if sample.transmitted {
+                    bsdf.eta_scale(wo)
+                } else {
+                    1.0
+                },
+            }),
+            LobeSample::Smooth(wi_local) => {
+                let pdf_w = self.pdf_local(wi_local);
+                if pdf_w <= 0.0 {
+                    return None;
+                }
+                let wi = bsdf.frame.to_world(wi_local);
+                let reflects = bsdf.reflects(wo, wi);
+                let f = bsdf.f_local(wo_local, wi_local, reflects, mode);
+                Some(BsdfSample {
+                    wi,
+                    weight: f * (wi_local.z().abs() / pdf_w),
+                    pdf_w,
+                    specular: false,
+                    transmitted: match chosen.bxdf.sides() {
+                        Sides::Reflection => false,
+                        Sides::Transmission => true,
+                        Sides::Both | Sides::Each => !reflects,
+                    },
+                    eta_scale: 1.0,
+                })
+            }
         }
     }
 }

@@ -18,7 +18,7 @@ pub mod rough_dielectric;
 pub mod rough_reflection;
 pub mod specular;
 
-pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Sides, TransportMode};
+pub use bsdf::{Bsdf, BsdfSample, Bxdf, LobeSample, Seen, Sides, TransportMode};
 pub use bssrdf::Bssrdf;
 pub use phase::HenyeyGreenstein;
 pub use specular::SpecularPart;

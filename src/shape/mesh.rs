@@ -164,11 +164,12 @@ impl Mesh {
         let (du02, du12) = (uv0[0] - uv2[0], uv1[0] - uv2[0]);
         let (dv02, dv12) = (uv0[1] - uv2[1], uv1[1] - uv2[1]);
         let det = du02 * dv12 - dv02 * du12;
+        let inverse_det = 1.0 / det;
         let by_uv = |a: [DVec3; 3]| {
             let (d02, d12) = (a[0] - a[2], a[1] - a[2]);
             (
-                (d02 * dv12 - d12 * dv02) / det,
-                (d12 * du02 - d02 * du12) / det,
+                (d02 * dv12 - d12 * dv02) * inverse_det,
+                (d12 * du02 - d02 * du12) * inverse_det,
             )
         };
         let corners = self
@@ -213,13 +214,18 @@ impl Mesh {
             .map(|p| DVec3::from(p.map(f64::from)));
         let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
         let gap = EDGE_GAP * f64::from(EPSILON) * largest.max_element();
-        let area = (corners[0] - corners[2])
-            .cross(corners[1] - corners[2])
-            .length();
+        let edges = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[(k + 2) % 3]);
+        let area = edges[0].cross(edges[1]);
+        // Far from all edges, as most points are; twice the squares cover the roundings.
+        let nearest = b[0].min(b[1]).min(b[2]).max(0.0);
+        let longest = edges.iter().fold(0.0, |m, e| e.length_squared().max(m));
+        if nearest * nearest * area.length_squared() > 2.0 * gap * gap * longest {
+            return b;
+        }
+        let area = area.length();
         let mut is_near = false;
         for k in 0..3 {
-            let edge = (corners[(k + 1) % 3] - corners[(k + 2) % 3]).length();
-            let least = (gap * edge / area).min(1.0 / 3.0);
+            let least = (gap * edges[k].length() / area).min(1.0 / 3.0);
             if b[k] < least {
                 b[k] = least;
                 is_near = true;

@@ -76,8 +76,12 @@ impl World {
         }
         match &self.geometry(hit.target.geometry).shape {
             Shape::Mesh(_) | Shape::Curves(_) => false,
-            Shape::Quadric(_) => {
-                let ng = self.surface(&segment.ray, hit).ng;
+            Shape::Quadric(quadric) => {
+                let ng = if hit.instance.is_some() {
+                    self.surface(&segment.ray, hit).ng
+                } else {
+                    quadric.normal(&segment.ray, hit.at.t)
+                };
                 (ng.dot(segment.ray.d) > 0.0) != aim.from_behind
             }
         }

@@ -135,11 +135,31 @@ fn verbose_and_the_report_say_what_was_skipped() {
                   ObjectBegin \"o\"\nShape \"plymesh\" \"string filename\" \"gone.ply\"\nObjectEnd\n";
     room.put("ball.pbrt", &ball("Shape", &format!("{unused}Shape")));
     let run = room.run("--verbose ball.pbrt").ends_with(0);
-    run.says("unused     1 textures, 1 materials, 1 media, 1 objects");
+    run.says("unused     1 textures, 1 materials, 1 media, 1 objects")
+        .says("textures \"t\"")
+        .says("media \"fog\"");
     assert_eq!(
         room.report("ball.pbrt")["pictures"][0]["job"]["skipped"],
         serde_json::json!({"textures": 1, "materials": 1, "media": 1, "objects": 1})
     );
+    assert_eq!(
+        room.report("ball.pbrt")["pictures"][0]["job"]["skipped_names"],
+        serde_json::json!({"textures": ["t"], "materials": ["matte"], "media": ["fog"], "objects": ["o"]})
+    );
+}
+
+#[test]
+fn verbose_names_only_the_first_of_many_that_were_skipped() {
+    let room = Room::new();
+    let unused: String = (0..20)
+        .map(|i| format!("Texture \"t{i}\" \"float\" \"constant\"\n"))
+        .collect();
+    room.put("ball.pbrt", &ball("Shape", &format!("{unused}Shape")));
+    let run = room.run("--verbose ball.pbrt").ends_with(0);
+    run.says("\"t7\", and 12 more");
+    let report = room.report("ball.pbrt");
+    let names = &report["pictures"][0]["job"]["skipped_names"]["textures"];
+    assert_eq!(names.as_array().map(Vec::len), Some(20));
 }
 
 /// A program that starts slowly is slow for every small picture.

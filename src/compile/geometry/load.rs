@@ -9,7 +9,7 @@ use crate::compile::assets::Assets;
 use crate::compile::placement::{Placement, placement};
 use crate::compile::shapes::{Local, Masks, ReadShape, read_shape};
 use crate::compile::space::WorldBounds;
-use crate::describe::description::{Frame, MaterialEntity, ObjectRef, ShapeEntity};
+use crate::describe::description::{Frame, MaterialEntity, ObjectEntity, ObjectRef, ShapeEntity};
 use crate::math::Transform;
 
 /// A shape that was read, with the state it was made under.
@@ -155,12 +155,13 @@ fn bounds_of(shapes: &[LocalShape]) -> WorldBounds {
 }
 
 impl Loaded {
-    /// Object definitions that no instance places.
-    pub(in crate::compile) fn n_objects_skipped(&self) -> usize {
-        let objects = self.objects.iter();
-        objects
-            .filter(|object| object.placements.is_empty())
-            .count()
+    /// Names of object definitions that no instance places.
+    pub(in crate::compile) fn skipped_objects(&self, entities: &[ObjectEntity]) -> Vec<String> {
+        let skipped = self.objects.iter().zip(entities);
+        let skipped = skipped.filter(|(object, _)| object.placements.is_empty());
+        skipped
+            .map(|(_, entity)| entity.name.value.clone())
+            .collect()
     }
 
     /// Box around the scene in world space; motion counts at its key frames.

@@ -80,8 +80,10 @@ impl TextureBuilder<'_> {
             srgb::linearize(&mut image);
         }
         let scale = f32::from_bits(key.scale);
-        for sample in image.data_mut() {
-            *sample = (*sample * scale).clamp(f32::MIN, f32::MAX);
+        if scale != 1.0 {
+            for sample in image.data_mut() {
+                *sample = (*sample * scale).clamp(f32::MIN, f32::MAX);
+            }
         }
         let mut pixels = image.data().chunks_exact(image.channels());
         let first = image.pixel(0, 0);

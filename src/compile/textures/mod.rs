@@ -70,8 +70,17 @@ impl<'a> TextureBuilder<'a> {
         }
     }
 
-    pub(super) fn skipped(&self) -> usize {
-        self.entities.len() - self.float.textures.len() - self.spectrum.textures.len()
+    /// Names of those that nothing has led to.
+    pub(super) fn skipped(&self) -> Vec<String> {
+        let is_built = |texture: &TextureRef| {
+            self.float.textures.contains_key(texture)
+                || self.spectrum.textures.contains_key(texture)
+        };
+        let skipped = self.entities.iter().zip((0..).map(TextureRef));
+        let skipped = skipped.filter(|(_, texture)| !is_built(texture));
+        skipped
+            .map(|(entity, _)| entity.name.value.clone())
+            .collect()
     }
 
     pub(super) fn finish(self) -> Textures {

@@ -89,7 +89,7 @@ fn build<V: Kind>(world: &str, files: &Files) -> Outcome<V> {
     let source = builder.texture(texture, &mut diagnostics);
     Outcome {
         source,
-        skipped: builder.skipped(),
+        skipped: builder.skipped().len(),
         textures: builder.finish(),
         codes: diagnostics.list.iter().map(|d| d.code).collect(),
         space,

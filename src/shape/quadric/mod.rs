@@ -73,6 +73,14 @@ impl Form {
         }
     }
 
+    /// The normal of [`Form::point`] alone.
+    fn normal(&self, p: DVec3) -> DVec3 {
+        match self {
+            Self::Sphere(_) => Sphere::normal(p),
+            Self::Disk(_) | Self::Sweep(_) | Self::Paraboloid(_) => self.point(p).n,
+        }
+    }
+
     /// Area in object space; not above 0 if there is no surface.
     fn area(&self) -> f64 {
         match self {
@@ -227,6 +235,12 @@ impl Quadric {
         }
     }
 
+    /// The geometric normal of [`Quadric::surface`] alone.
+    pub fn normal(&self, ray: &Ray, t: f32) -> Normal3 {
+        let (o, d) = self.object_ray(ray);
+        self.render_normal(self.form.normal(o + d * t as f64))
+    }
+
     /// An object-space point in render space with its error bound: one rounding to f32, and the f64 rounding of
     /// the transform, which counts where large terms cancel.
     fn render_point(&self, p_object: DVec3) -> (Point3, Vec3) {
@@ -270,7 +284,7 @@ impl Quadric {
             let n = cone.sample(u);
             let p_object = self.render_from_object.inverse().point(center + n * radius);
             let (p, p_err) = self.render_point(p_object);
-            let ng = self.render_normal(self.form.point(p_object).n);
+            let ng = self.render_normal(self.form.normal(p_object));
             return Some(ShapeSample {
                 p,
                 p_err,
@@ -318,11 +332,8 @@ impl Quadric {
         let stretch = match self.uniform_scale {
             Some(scale) => scale * scale,
             None => {
-                let n = self
-                    .form
-                    .point(self.render_from_object.inverse().point(p.to_f64()))
-                    .n;
-                self.area_stretch(n)
+                let p = self.render_from_object.inverse().point(p.to_f64());
+                self.area_stretch(self.form.normal(p))
             }
         };
         1.0 / (self.form.area() * stretch)

@@ -23,16 +23,23 @@ pub struct Sphere {
     z_min: f64,
     z_max: f64,
     phi_max: f64,
+    /// Polar angles of the ends: where v is 0, and how far it is to where v is 1.
+    theta_min: f64,
+    theta_range: f64,
 }
 
 impl Sphere {
     /// `radius` ≥ 0; the z range is sorted and clamped to the sphere; `phi_max` in radians, clamped to [0, 2π].
     pub fn new(radius: f64, z_min: f64, z_max: f64, phi_max: f64) -> Self {
+        let ends = [z_min.min(z_max), z_min.max(z_max)].map(|z| z.clamp(-radius, radius));
+        let [theta_min, theta_max] = ends.map(|z| (z / radius).clamp(-1.0, 1.0).acos());
         Self {
             radius,
-            z_min: z_min.min(z_max).clamp(-radius, radius),
-            z_max: z_min.max(z_max).clamp(-radius, radius),
+            z_min: ends[0],
+            z_max: ends[1],
             phi_max: phi_max.clamp(0.0, TAU),
+            theta_min,
+            theta_range: theta_max - theta_min,
         }
     }
 
@@ -72,8 +79,13 @@ impl Sphere {
             .find(|&t| t > 0.0 && t < t_max && self.keeps(o + d * t))
     }
 
+    /// The unit normal at the point nearest to `p`.
+    pub(super) fn normal(p: DVec3) -> DVec3 {
+        p.try_normalize().unwrap_or(DVec3::Z)
+    }
+
     pub(super) fn point(&self, p: DVec3) -> FormPoint {
-        let n = p.try_normalize().unwrap_or(DVec3::Z);
+        let n = Self::normal(p);
         let p = n * self.radius;
         let rho = DVec2::new(n.x, n.y).length();
         let (cos_phi, sin_phi) = if rho > 0.0 {
@@ -83,11 +95,12 @@ impl Sphere {
         };
         // θ from both sine and cosine: exact near the poles too.
         let theta = rho.atan2(n.z);
-        let (theta_min, theta_max) = (self.theta(self.z_min), self.theta(self.z_max));
-        let theta_range = theta_max - theta_min;
-        let uv = [azimuth(p) / self.phi_max, (theta - theta_min) / theta_range];
+        let uv = [
+            azimuth(p) / self.phi_max,
+            (theta - self.theta_min) / self.theta_range,
+        ];
         let dpdu = DVec3::new(-p.y, p.x, 0.0) * self.phi_max;
-        let dpdv = DVec3::new(p.z * cos_phi, p.z * sin_phi, -self.radius * rho) * theta_range;
+        let dpdv = DVec3::new(p.z * cos_phi, p.z * sin_phi, -self.radius * rho) * self.theta_range;
         // On a sphere the unit normal is p / r.
         FormPoint {
             p,
@@ -98,10 +111,6 @@ impl Sphere {
             dndu: dpdu / self.radius,
             dndv: dpdv / self.radius,
         }
-    }
-
-    fn theta(&self, z: f64) -> f64 {
-        (z / self.radius).clamp(-1.0, 1.0).acos()
     }
 
     pub(super) fn area(&self) -> f64 {
