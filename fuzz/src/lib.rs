@@ -25,10 +25,10 @@ impl Budget {
         per_byte: 1 << 10,
     };
 
-    /// For scenes, which may ask for subdivided surfaces.
+    /// For scenes, where a few bytes may be a triangle that is subdivided.
     pub const SCENE: Self = Self {
-        free: 128 << 20,
-        per_byte: 1 << 10,
+        free: 256 << 20,
+        per_byte: 4 << 10,
     };
 
     /// For pictures: one of a single colour unpacks to 16 million samples, and deflate packs 1032 samples into a byte.

@@ -120,6 +120,10 @@ fn read_up_to(path: &Path, most: u64, why: &str) -> Result<SourceBytes, String> 
     // Read, not mapped: a file that changes while it is mapped would be undefined behaviour. A file may grow meanwhile,
     // and some tell no length.
     let mut bytes = Vec::new();
+    let length = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
+    bytes
+        .try_reserve_exact(length)
+        .map_err(|_| refusal(io::ErrorKind::OutOfMemory.into()))?;
     let n_read = file.take(most).read_to_end(&mut bytes).map_err(refusal)?;
     if n_read as u64 == most && most > metadata.len() {
         return Err(format!("it does not end after {} MiB: {why}", most >> 20));

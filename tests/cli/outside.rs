@@ -178,6 +178,8 @@ fn a_signal_before_there_is_anything_to_save_ends_the_program() {
     while !listens() {
         std::thread::sleep(Duration::from_millis(5));
     }
+    // Waiting would close it: that is the end of the scene.
+    let _stdin = child.stdin.take();
     send(&child, &["TERM"]);
     assert_eq!(child.wait().expect("it ends").code(), Some(130));
     assert_eq!(room.read("ball.exr"), b"the old picture");
