@@ -38,8 +38,8 @@ fn assert_sound(room: &Room, run: &Run, what: &str) {
     assert_eq!(room.list(), ["ball.exr", "ball.pbrt"], "{what}");
 }
 
-#[test]
 #[cfg(target_os = "linux")]
+#[test]
 fn a_program_without_memory_fails_with_a_reason_and_leaves_the_old_picture() {
     let room = Room::new();
     let least = (10..)
@@ -60,8 +60,8 @@ fn a_program_without_memory_fails_with_a_reason_and_leaves_the_old_picture() {
     assert!(n_failed > 0, "the least memory was enough");
 }
 
-#[test]
 #[cfg(target_os = "linux")]
+#[test]
 fn scenes_that_need_more_memory_than_there_is_fail_with_a_reason() {
     let room = Room::new();
     let film = "\"integer xresolution\" 64 \"integer yresolution\" 48";
@@ -96,8 +96,8 @@ fn hollow(room: &Room, name: &str, length: u64) {
     file.set_len(length).expect("a file system with holes");
 }
 
-#[test]
 #[cfg(target_os = "linux")]
+#[test]
 fn files_longer_than_memory_are_refused_before_they_are_read() {
     let room = Room::new();
     let quickly = |line: &str| {
@@ -153,8 +153,8 @@ fn files_longer_than_memory_are_refused_before_they_are_read() {
     quickly("compare long.png long.png").says(told);
 }
 
-#[test]
 #[cfg(target_os = "linux")]
+#[test]
 fn pictures_that_fit_in_memory_as_files_but_not_as_pixels_are_no_crash() {
     let room = Room::new();
     hollow(&room, "sky.pfm", 400 << 20);
