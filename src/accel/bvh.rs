@@ -58,8 +58,8 @@ impl Bvh {
     pub const MAX_ITEMS: usize = Child::MAX_INDEX;
 
     /// Builds over items, [`Bvh::MAX_ITEMS`] at most; `corners` tells those of a triangle by its key. Items with empty
-    /// boxes are left out.
-    /// Terminates and stays shallow for any input. The result does not depend on the number of threads.
+    /// boxes are left out. Terminates and stays shallow for any input. The result does not depend on the number of
+    /// threads.
     pub fn build(items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3] + Sync) -> Self {
         let Built {
             nodes,

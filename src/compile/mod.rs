@@ -34,6 +34,9 @@ use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
 
+/// Most rays that one point of a surface sends for one purpose: nothing stops the rendering between them.
+const MAX_RAYS: u32 = 4096;
+
 /// What the command line changes about a scene.
 #[derive(Clone, Debug, Default)]
 pub struct CompileOptions {
@@ -236,9 +239,6 @@ fn fit_in_hierarchies(
     );
     None
 }
-
-/// Most rays that one point of a surface sends for one purpose: nothing stops the rendering between them.
-const MAX_RAYS: u32 = 4096;
 
 /// The number of rays that a parameter asks for, within bounds.
 fn ray_count(p: &mut ParamReader, name: &str) -> u32 {
