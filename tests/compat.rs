@@ -128,8 +128,13 @@ fn integrators_tell_of_media_and_of_light_below_surfaces_that_they_leave_out() {
     };
     let fog = "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \
         MediumInterface \"fog\" \"\" Material \"\" Shape \"sphere\"";
-    let bodies =
-        ["subsurface", "kdsubsurface"].map(|kind| format!("Material \"{kind}\" Shape \"sphere\""));
+    let bodies = [
+        "\"subsurface\"",
+        "\"kdsubsurface\"",
+        "\"disney\" \"rgb scatterdistance\" [.1 .1 .1]",
+    ]
+    .map(|material| format!("Material {material} Shape \"sphere\""));
+    let solid = "Material \"disney\" Shape \"sphere\"";
     for (integrator, ignores_media, ignores_depth) in [
         ("path", 1, 0),
         ("volpath", 0, 0),
@@ -141,6 +146,7 @@ fn integrators_tell_of_media_and_of_light_below_surfaces_that_they_leave_out() {
         ("ambientocclusion", 1, 1),
     ] {
         assert_eq!(told(integrator, "Shape \"sphere\""), 0, "{integrator}");
+        assert_eq!(told(integrator, solid), 0, "{integrator}: disney");
         assert_eq!(told(integrator, fog), ignores_media, "{integrator}: media");
         for body in &bodies {
             assert_eq!(

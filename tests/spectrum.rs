@@ -29,6 +29,11 @@ fn xyz_of_ones_has_the_printed_rgb() {
     );
 }
 
+fn xyz_from_rgb(rgb: Rgb) -> [f64; 3] {
+    let [r, g, b] = rgb.to_array().map(f64::from);
+    xyz::XYZ_FROM_RGB.map(|row| row[0] * r + row[1] * g + row[2] * b)
+}
+
 #[test]
 fn the_two_matrices_undo_each_other() {
     for rgb in [
@@ -38,7 +43,7 @@ fn the_two_matrices_undo_each_other() {
         [0.2, 0.7, -0.1],
     ] {
         assert_rgb(
-            xyz::rgb_from_xyz(xyz::xyz_from_rgb(Rgb::from_array(rgb))),
+            xyz::rgb_from_xyz(xyz_from_rgb(Rgb::from_array(rgb))),
             rgb,
             3.0e-6,
         );
@@ -48,7 +53,7 @@ fn the_two_matrices_undo_each_other() {
 #[test]
 fn luminance_is_the_y_row() {
     let colour = Rgb::new(0.3, 5.0, 2.0);
-    assert!((f64::from(colour.luminance()) - xyz::xyz_from_rgb(colour)[1]).abs() < 1e-6);
+    assert!((f64::from(colour.luminance()) - xyz_from_rgb(colour)[1]).abs() < 1e-6);
 }
 
 #[test]

@@ -13,7 +13,7 @@ use super::console::{self, Console};
 use super::files;
 use super::output::Place;
 use super::plan::{Destination, Verbosity};
-use super::{ReportSink, reason};
+use super::{ReportSink, to_json};
 use crate::image::codec::{self, ImageFile, Precision};
 use crate::image::metrics::{self, Comparison};
 use crate::image::{Image, PixelRect, srgb};
@@ -156,7 +156,7 @@ pub(super) fn run(args: CompareArgs) -> Verdict {
     let mut printed = Ok(());
     if let Some(finding) = &report.finding {
         if !args.quiet && destination != Some(Destination::Stdout) {
-            printed = print(&finding.table(args.peak.is_some()));
+            printed = console::print(&finding.table(args.peak.is_some()));
         }
         for complaint in finding.complaints() {
             console.note(&complaint);
@@ -165,16 +165,11 @@ pub(super) fn run(args: CompareArgs) -> Verdict {
     if let Err(why) = printed {
         report.fail(why, &console);
     }
-    let written = json.map_or(Ok(()), |json| json.write(&report.to_json()));
+    let written = json.map_or(Ok(()), |json| json.write(&to_json(&report)));
     if let Err(why) = written {
         report.fail(why, &console);
     }
     report.outcome
-}
-
-fn print(text: &str) -> Result<(), String> {
-    console::print(text)
-        .map_err(|error| format!("cannot write to standard output: {}", reason(&error)))
 }
 
 /// Reads both pictures, measures, and writes the map.
@@ -387,13 +382,6 @@ impl Report {
         self.outcome = Verdict::Incomparable;
         self.exit_code = self.outcome.code();
         self.error = Some(why);
-    }
-
-    fn to_json(&self) -> String {
-        // A tree of numbers and strings with no maps: there is nothing to go wrong.
-        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text.push('\n');
-        text
     }
 }
 

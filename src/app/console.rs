@@ -6,6 +6,7 @@ use std::io::{self, IsTerminal, Write};
 use tyndall_parser::diagnostic::{Diagnostics, Severity, Style};
 use tyndall_parser::source::Sources;
 
+use super::files::reason;
 use super::plan::Verbosity;
 
 /// Findings of one code that are shown; the report has all of them.
@@ -97,14 +98,17 @@ pub(super) fn stdin_is_terminal() -> bool {
 /// Writes to standard output. A reader that has seen enough is no error.
 ///
 /// # Errors
-/// Any other failure.
-pub(super) fn print(text: &str) -> io::Result<()> {
+/// One sentence, for any other failure.
+pub(super) fn print(text: &str) -> Result<(), String> {
     let mut stdout = io::stdout().lock();
     match stdout
         .write_all(text.as_bytes())
         .and_then(|()| stdout.flush())
     {
-        Err(error) if error.kind() == io::ErrorKind::BrokenPipe => Ok(()),
-        result => result,
+        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(format!(
+            "cannot write to standard output: {}",
+            reason(&error)
+        )),
+        Ok(()) | Err(_) => Ok(()),
     }
 }

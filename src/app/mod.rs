@@ -2,7 +2,8 @@
 //! prints.
 //!
 //! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it; `compare`
-//! measures pictures that are there already, `bench` measures time and error over many runs. Refuses to know anything about plugins or light. `docs/cli.md` is the manual.
+//! measures pictures that are there already, `bench` measures time and error over many runs. Refuses to know anything
+//! about plugins or light. `docs/cli.md` is the manual.
 
 mod args;
 mod bench;
@@ -22,9 +23,10 @@ mod trace;
 use std::ffi::OsString;
 use std::time::Instant;
 
+use serde::Serialize;
+
 use args::Command;
 use console::Console;
-use files::reason;
 use interrupt::Interrupt;
 use outcome::Outcome;
 use output::Place;
@@ -75,7 +77,7 @@ fn carry_out(plan: &Plan) -> Outcome {
     console.detail(&report.seconds.text(report.peak_memory_bytes));
     sum_up(&report, &console);
 
-    let written = json.map_or(Ok(()), |json| json.write(&report.to_json()));
+    let written = json.map_or(Ok(()), |json| json.write(&to_json(&report)));
     match written {
         Ok(()) => report.outcome,
         Err(why) => {
@@ -101,11 +103,18 @@ impl ReportSink {
 
     fn write(&self, text: &str) -> Result<(), String> {
         match self {
-            Self::Stdout => console::print(text)
-                .map_err(|error| format!("cannot write to standard output: {}", reason(&error))),
+            Self::Stdout => console::print(text),
             Self::File(place) => place.write(text.as_bytes()),
         }
     }
+}
+
+/// A report as text with a line feed at the end.
+fn to_json(report: &impl Serialize) -> String {
+    // Trees of numbers and strings, every key a name: there is nothing to go wrong.
+    let mut text = serde_json::to_string_pretty(report).unwrap_or_default();
+    text.push('\n');
+    text
 }
 
 /// One line at the end: how many findings, and how it ended.

@@ -29,6 +29,35 @@ pub(super) enum Task {
     },
 }
 
+impl Task {
+    fn new(
+        cat: bool,
+        check: bool,
+        pixel: Option<[i32; 2]>,
+        sample: u32,
+    ) -> Result<Self, clap::Error> {
+        match (cat, check, pixel) {
+            (true, true, _) => Err(conflict("check and --cat exclude each other")),
+            (_, true, Some(_)) => Err(conflict("check and --pixel exclude each other")),
+            (true, false, _) => Ok(Self::Cat),
+            (false, true, None) => Ok(Self::Check),
+            (false, false, None) => Ok(Self::Render),
+            (false, false, Some(pixel)) => Ok(Self::Trace { pixel, sample }),
+        }
+    }
+
+    /// Refuses a report on standard output where the task itself writes there.
+    fn leaves_stdout(self) -> Result<(), clap::Error> {
+        let option = match self {
+            Self::Cat => "--cat",
+            Self::Trace { .. } => "--pixel",
+            Self::Render | Self::Check => return Ok(()),
+        };
+        let message = format!("{option} and --json - both write to standard output");
+        Err(conflict(&message))
+    }
+}
+
 /// How much is said on standard error.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Debug)]
 pub(super) enum Verbosity {
@@ -91,51 +120,13 @@ impl Plan {
         if says_check {
             files.remove(0);
         }
-        let task = match (args.cat || args.toply, args.check || says_check, args.pixel) {
-            (true, true, _) => return Err(conflict("check and --cat exclude each other")),
-            (_, true, Some(_)) => return Err(conflict("check and --pixel exclude each other")),
-            (true, false, _) => Task::Cat,
-            (false, true, None) => Task::Check,
-            (false, false, None) => Task::Render,
-            (false, false, Some(pixel)) => Task::Trace {
-                pixel,
-                sample: args.sample,
-            },
-        };
+        let checks = args.check || says_check;
+        let task = Task::new(args.cat || args.toply, checks, args.pixel, args.sample)?;
         let json = args.json.map(Destination::new);
         if json == Some(Destination::Stdout) {
-            match task {
-                Task::Cat => {
-                    return Err(conflict("--cat and --json - both write to standard output"));
-                }
-                Task::Trace { .. } => {
-                    return Err(conflict(
-                        "--pixel and --json - both write to standard output",
-                    ));
-                }
-                Task::Render | Task::Check => {}
-            }
+            task.leaves_stdout()?;
         }
-        let inputs: Vec<Input> = if files.is_empty() {
-            vec![Input::Stdin]
-        } else {
-            let input = |file: PathBuf| {
-                if file.as_os_str() == "-" {
-                    Input::Stdin
-                } else {
-                    Input::File(file)
-                }
-            };
-            files.into_iter().map(input).collect()
-        };
-        if inputs
-            .iter()
-            .filter(|input| **input == Input::Stdin)
-            .count()
-            > 1
-        {
-            return Err(conflict("standard input can be read only once"));
-        }
+        let inputs = inputs(files)?;
         Ok(Self {
             task,
             inputs,
@@ -187,6 +178,26 @@ impl Plan {
         words.push(format!("--pixel {x},{y} --sample {sample}"));
         words.join(" ")
     }
+}
+
+/// Standard input where no file is named.
+fn inputs(files: Vec<PathBuf>) -> Result<Vec<Input>, clap::Error> {
+    if files.is_empty() {
+        return Ok(vec![Input::Stdin]);
+    }
+    let input = |file: PathBuf| {
+        if file.as_os_str() == "-" {
+            Input::Stdin
+        } else {
+            Input::File(file)
+        }
+    };
+    let inputs: Vec<Input> = files.into_iter().map(input).collect();
+    let is_stdin = |input: &&Input| **input == Input::Stdin;
+    if inputs.iter().filter(is_stdin).count() > 1 {
+        return Err(conflict("standard input can be read only once"));
+    }
+    Ok(inputs)
 }
 
 /// As a POSIX shell takes it for one word.

@@ -167,14 +167,6 @@ impl Report {
             pictures: Vec::new(),
         }
     }
-
-    /// As text with a line feed at the end.
-    pub(super) fn to_json(&self) -> String {
-        // A tree of numbers and strings with no maps: there is nothing to go wrong.
-        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text.push('\n');
-        text
-    }
 }
 
 impl FindingCounts {

@@ -33,7 +33,7 @@ pub(super) struct MaterialBuilder {
     /// By file name.
     tables: HashMap<String, FourierTableId>,
     built: Materials,
-    /// Where the materials that shapes have were named, by id.
+    /// Where the materials that shapes have were named, by id; of equal ones, the first.
     spans: HashMap<MaterialId, Span>,
     diffusion: DiffusionTables,
 }
@@ -61,27 +61,55 @@ impl MaterialBuilder {
     ) -> MaterialId {
         let MaterialRef(index) = shape.material;
         let index = index as usize;
-        let id = self.id_of(index, shape, textures, diagnostics);
-        if id.is_some() {
-            let span = self.entities[index].entity.kind.span;
-            self.spans.entry(id).or_insert(span);
+        // A shape may override parameters: then it has a material of its own. The shared one is still read, once, so
+        // that what is wrong with it is reported once.
+        let shared = self.shared(index, textures, diagnostics);
+        if !shared.is_some() {
+            return shared;
         }
-        id
+        let Some(material) = self.private_copy(index, shape, textures, diagnostics) else {
+            self.note_use(shared, index);
+            return shared;
+        };
+        // Most private copies differ in nothing from the shared material, or from the copy of the shape before.
+        let known = [Some(shared), self.private[index]];
+        let same = |id: &MaterialId| self.built.list[id.index()] == material;
+        let twin = known.into_iter().flatten().find(same);
+        // Light that spreads below a surface comes back where the material is the same one, not an equal one.
+        let is_told_apart = self.built.spreads_light(&material.model);
+        match twin {
+            Some(twin) => {
+                self.note_use(twin, index);
+                if is_told_apart {
+                    self.push(material)
+                } else {
+                    twin
+                }
+            }
+            None => {
+                let id = self.push(material);
+                self.private[index] = Some(id);
+                self.note_use(id, index);
+                id
+            }
+        }
     }
 
-    fn id_of(
+    /// Remembers where a material that some shape has was named.
+    fn note_use(&mut self, id: MaterialId, index: usize) {
+        let span = self.entities[index].entity.kind.span;
+        self.spans.entry(id).or_insert(span);
+    }
+
+    /// The material as a shape overrides it; `None` if the shape has the shared one.
+    fn private_copy(
         &mut self,
         index: usize,
         shape: &ShapeEntity,
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
-    ) -> MaterialId {
-        // A shape may override parameters: then it has a material of its own. The shared one is still read, once, so
-        // that what is wrong with it is reported once.
-        let shared = self.shared(index, textures, diagnostics);
-        if shape.private_material.is_none() || !shared.is_some() {
-            return shared;
-        }
+    ) -> Option<Material> {
+        shape.private_material.as_ref()?;
         // What the shape shares with the material was reported with it; what only the shape names was not.
         let mut found = Diagnostics::default();
         let material = self.material(index, Some(shape), textures, &mut found);
@@ -90,24 +118,11 @@ impl MaterialBuilder {
                 diagnostics.push(finding);
             }
         }
-        let Some(material) = material else {
-            return shared;
-        };
         // A mixture of too many lobes is too large as a copy as well.
-        if let Model::Mix(mix) = &material.model
-            && self.lobes_of(mix) > MAX_LOBES
-        {
-            return shared;
-        }
-        // Most private copies differ in nothing from the shared material, or from the copy of the shape before.
-        let known = [Some(shared), self.private[index]];
-        let same = |id: &MaterialId| self.built.list[id.index()] == material;
-        if let Some(id) = known.into_iter().flatten().find(same) {
-            return id;
-        }
-        let id = self.push(material);
-        self.private[index] = Some(id);
-        id
+        material.filter(|material| match &material.model {
+            Model::Mix(mix) => self.lobes_of(mix) <= MAX_LOBES,
+            _ => true,
+        })
     }
 
     /// The material of an entity as it stands, after all those that it is mixed of.

@@ -155,11 +155,6 @@ impl Film {
         }
     }
 
-    /// What it was made for.
-    pub fn desc(&self) -> &FilmDesc {
-        &self.desc
-    }
-
     /// Pixels that samples are taken in: the crop window grown by the filter's radius, also beyond the frame.
     pub fn sample_bounds(&self) -> PixelRect {
         self.bounds_around(self.desc.crop)
@@ -186,11 +181,6 @@ impl Film {
             width,
             height,
         }
-    }
-
-    /// The blocks that make up the sample bounds.
-    pub fn blocks(&self) -> Vec<PixelRect> {
-        Self::blocks_of(self.sample_bounds())
     }
 
     /// The blocks that make up a rectangle, row by row: the order of addition.

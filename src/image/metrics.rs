@@ -24,58 +24,24 @@ impl fmt::Display for ShapeMismatch {
 
 impl std::error::Error for ShapeMismatch {}
 
-/// Means of one block in both images, per channel.
-#[derive(Clone, PartialEq, Debug)]
-pub struct BlockMeans {
-    /// Left edge of the block in pixels.
-    pub x: usize,
-    /// Top edge of the block in pixels.
-    pub y: usize,
-    /// Means of the image under test.
-    pub test: Vec<f64>,
-    /// Means of the reference.
-    pub reference: Vec<f64>,
-}
-
-/// The mean of every channel.
-pub fn mean(image: &Image) -> Vec<f64> {
-    block_mean(image, 0..image.width(), 0..image.height())
-}
-
-/// Mean of the squared differences over all samples.
-///
-/// # Errors
-/// Images of different shape; so for every measure here.
-pub fn mse(test: &Image, reference: &Image) -> Result<f64, ShapeMismatch> {
-    mean_over_samples(test, reference, squared_error)
-}
-
-/// Mean of `(a - b)² / (b² + 0.01·m²)` over all samples, `m` the mean sample of the reference `b`.
-///
-/// The floor of a tenth of the mean keeps black pixels from ruling the sum. Tied to the mean, it leaves the measure
-/// unchanged when both images are scaled. An all-black reference gives 0 for an all-black test and infinity otherwise.
-pub fn rel_mse(test: &Image, reference: &Image) -> Result<f64, ShapeMismatch> {
-    let level =
-        reference.data().iter().map(|&b| f64::from(b)).sum::<f64>() / reference.data().len() as f64;
-    mean_over_samples(test, reference, |a, b| relative_squared_error(a, b, level))
-}
-
 /// All measures of two images at once, over the pixels that are finite in both.
 ///
 /// Without such a pixel the measures are NaN.
 #[derive(Clone, PartialEq, Debug)]
 pub struct Comparison {
-    /// Pixels of each image.
-    pub n_pixels: usize,
     /// Pixels whose samples are all finite in both images: those the measures are about.
     pub n_compared: usize,
     /// Pixels with a sample of the image under test that is not finite.
     pub n_non_finite_test: usize,
     /// Pixels with a sample of the reference that is not finite.
     pub n_non_finite_reference: usize,
-    /// As [`mse`].
+    /// Mean of the squared differences over all samples.
     pub mse: f64,
-    /// As [`rel_mse`].
+    /// Mean of `(a - b)² / (b² + 0.01·m²)` over all samples, `m` the mean sample of the reference `b`.
+    ///
+    /// The floor of a tenth of the mean keeps black pixels from ruling the sum. Tied to the mean, it leaves the measure
+    /// unchanged when both images are scaled. An all-black reference gives 0 for an all-black test and infinity
+    /// otherwise.
     pub rel_mse: f64,
     /// Mean of the absolute differences over all samples.
     pub mae: f64,
@@ -127,7 +93,6 @@ impl Comparison {
         }
         let n_samples = (n_compared * channels) as f64;
         Ok(Self {
-            n_pixels: test.width() * test.height(),
             n_compared,
             n_non_finite_test: count(test),
             n_non_finite_reference: count(reference),
@@ -199,48 +164,6 @@ pub fn luminance_errors(
     Ok(pixel_pairs(test, reference).map(error).collect())
 }
 
-/// Means over square blocks of `side` pixels, row by row; blocks at the right and bottom edge may be smaller.
-pub fn block_means(
-    test: &Image,
-    reference: &Image,
-    side: usize,
-) -> Result<Vec<BlockMeans>, ShapeMismatch> {
-    same_shape(test, reference)?;
-    let side = side.max(1);
-    let (width, height) = (test.width(), test.height());
-    let corners = (0..height)
-        .step_by(side)
-        .flat_map(|y| (0..width).step_by(side).map(move |x| (x, y)));
-    let means = |image: &Image, x: usize, y: usize| {
-        block_mean(image, x..width.min(x + side), y..height.min(y + side))
-    };
-    Ok(corners
-        .map(|(x, y)| BlockMeans {
-            x,
-            y,
-            test: means(test, x, y),
-            reference: means(reference, x, y),
-        })
-        .collect())
-}
-
-fn block_mean(
-    image: &Image,
-    columns: std::ops::Range<usize>,
-    rows: std::ops::Range<usize>,
-) -> Vec<f64> {
-    let mut sums = vec![0.0; image.channels()];
-    for y in rows.clone() {
-        for x in columns.clone() {
-            for (sum, &sample) in sums.iter_mut().zip(image.pixel(x, y)) {
-                *sum += f64::from(sample);
-            }
-        }
-    }
-    let n_pixels = (columns.len() * rows.len()) as f64;
-    sums.into_iter().map(|sum| sum / n_pixels).collect()
-}
-
 /// Both images, pixel by pixel.
 fn pixel_pairs<'a>(
     test: &'a Image,
@@ -266,7 +189,7 @@ fn squared_error(a: f64, b: f64) -> f64 {
     (a - b) * (a - b)
 }
 
-/// See [`rel_mse`]; `level` is the mean sample of the reference.
+/// See [`Comparison::rel_mse`]; `level` is the mean sample of the reference.
 fn relative_squared_error(a: f64, b: f64, level: f64) -> f64 {
     const FLOOR: f64 = 0.01;
     if a == b {
@@ -274,17 +197,6 @@ fn relative_squared_error(a: f64, b: f64, level: f64) -> f64 {
     } else {
         squared_error(a, b) / (b * b + FLOOR * level * level)
     }
-}
-
-fn mean_over_samples(
-    test: &Image,
-    reference: &Image,
-    f: impl Fn(f64, f64) -> f64,
-) -> Result<f64, ShapeMismatch> {
-    same_shape(test, reference)?;
-    let pairs = test.data().iter().zip(reference.data());
-    let sum: f64 = pairs.map(|(&a, &b)| f(f64::from(a), f64::from(b))).sum();
-    Ok(sum / test.data().len() as f64)
 }
 
 fn same_shape(test: &Image, reference: &Image) -> Result<(), ShapeMismatch> {

@@ -17,17 +17,12 @@ const EVEN: f64 = 1.25;
 /// A discrete distribution over the patches of a map, whose density over the map is known everywhere.
 #[derive(Clone, Debug)]
 pub(super) struct PatchChoice {
-    width: usize,
-    height: usize,
-    /// Patches along the side of a cell.
-    side: usize,
-    /// Sums over the rows of cells.
-    rows: Cumulative,
-    /// Sums within each row of cells.
-    columns: Vec<Cumulative>,
+    grid: Grid,
+    /// Over the cells, by the sums of their weights.
+    choice: Table,
     /// Row by row.
     cells: Vec<Cell>,
-    /// Of the cells that are not even.
+    /// Over the patches of the cells that are not even.
     tables: Vec<Table>,
     /// Mean weight of a patch.
     mean: f64,
@@ -41,6 +36,18 @@ enum Cell {
     Uneven(u32),
 }
 
+/// How patches are gathered in cells.
+#[derive(Clone, Copy, Debug)]
+struct Grid {
+    width: usize,
+    height: usize,
+    /// Patches along the side of a cell.
+    side: usize,
+    /// Cells side by side.
+    n_columns: usize,
+}
+
+/// A discrete distribution over rows and the columns of each.
 #[derive(Clone, Debug)]
 struct Table {
     rows: Cumulative,
@@ -80,6 +87,81 @@ struct Summed {
     n_patches: usize,
 }
 
+impl Grid {
+    fn new(width: usize, height: usize) -> Self {
+        let side = width.div_ceil(CELLS);
+        Self {
+            width,
+            height,
+            side,
+            n_columns: width.div_ceil(side),
+        }
+    }
+
+    fn n_cells(&self) -> usize {
+        self.n_columns * self.height.div_ceil(self.side)
+    }
+
+    #[inline]
+    fn cell_of(&self, column: usize, row: usize) -> usize {
+        row / self.side * self.n_columns + column / self.side
+    }
+
+    /// What the patches of a cell weigh, row by row.
+    fn weights(
+        &self,
+        cell: usize,
+        weight: impl Fn(usize, usize) -> Weight,
+    ) -> impl Iterator<Item = Vec<Weight>> {
+        let span = |cell: usize, n: usize| cell * self.side..n.min((cell + 1) * self.side);
+        let columns = span(cell % self.n_columns, self.width);
+        let rows = span(cell / self.n_columns, self.height);
+        rows.map(move |y| columns.clone().map(|x| weight(x, y)).collect())
+    }
+}
+
+impl Table {
+    fn new(weights: &[Vec<f64>]) -> Self {
+        let sums: Vec<f64> = weights.iter().map(|row| row.iter().sum()).collect();
+        Self {
+            rows: Cumulative::new(&sums),
+            columns: weights.iter().map(|row| Cumulative::new(row)).collect(),
+        }
+    }
+
+    /// Column, row, and what is left of `u`.
+    #[inline]
+    fn sample(&self, u: [f32; 2]) -> (usize, usize, [f32; 2]) {
+        let (row, v) = self.rows.sample(u[1]);
+        let (column, u) = self.columns[row].sample(u[0]);
+        (column, row, [u, v])
+    }
+}
+
+impl Summed {
+    fn new(weights: impl Iterator<Item = Vec<Weight>>) -> Self {
+        let mut summed = Self {
+            sum: 0.0,
+            largest: 0.0,
+            n_patches: 0,
+        };
+        for weight in weights.flatten() {
+            summed.sum += weight.mean;
+            summed.largest = summed.largest.max(weight.peak);
+            summed.n_patches += 1;
+        }
+        summed
+    }
+
+    fn mean(&self) -> f64 {
+        self.sum / self.n_patches as f64
+    }
+
+    fn is_even(&self) -> bool {
+        self.largest * self.n_patches as f64 <= EVEN * self.sum
+    }
+}
+
 impl PatchChoice {
     /// Over `width` × `height` patches. `None` if all weigh nothing.
     pub(super) fn new(
@@ -87,83 +169,45 @@ impl PatchChoice {
         height: usize,
         weight: impl Fn(usize, usize) -> Weight + Sync,
     ) -> Option<Self> {
-        let side = width.div_ceil(CELLS);
-        let [n_columns, n_rows] = [width, height].map(|n| n.div_ceil(side));
-        let span = |cell: usize, n: usize| cell * side..n.min((cell + 1) * side);
-        let weights_of = |cell: usize| {
-            let (columns, rows) = (
-                span(cell % n_columns, width),
-                span(cell / n_columns, height),
-            );
-            let weight = &weight;
-            rows.map(move |y| {
-                columns
-                    .clone()
-                    .map(move |x| weight(x, y))
-                    .collect::<Vec<Weight>>()
-            })
-        };
-        let summed: Vec<Summed> = (0..n_columns * n_rows)
+        let grid = Grid::new(width, height);
+        let summed: Vec<Summed> = (0..grid.n_cells())
             .into_par_iter()
-            .map(|cell| {
-                let mut summed = Summed {
-                    sum: 0.0,
-                    largest: 0.0,
-                    n_patches: 0,
-                };
-                for row in weights_of(cell) {
-                    for weight in &row {
-                        summed.sum += weight.mean;
-                        summed.largest = summed.largest.max(weight.peak);
-                    }
-                    summed.n_patches += row.len();
-                }
-                summed
-            })
+            .map(|cell| Summed::new(grid.weights(cell, &weight)))
             .collect();
         let total: f64 = summed.iter().map(|cell| cell.sum).sum();
         if !(total > 0.0) {
             return None;
         }
         let mean = total / (width * height) as f64;
-        let is_even = |cell: &Summed| cell.largest * cell.n_patches as f64 <= EVEN * cell.sum;
         let uneven: Vec<usize> = (0..summed.len())
-            .filter(|&i| !is_even(&summed[i]))
+            .filter(|&cell| !summed[cell].is_even())
             .collect();
         let tables = uneven
             .into_par_iter()
             .map(|cell| {
                 let means = |row: Vec<Weight>| row.iter().map(|weight| weight.mean).collect();
-                let rows: Vec<Vec<f64>> = weights_of(cell).map(means).collect();
-                let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
-                Table {
-                    rows: Cumulative::new(&sums),
-                    columns: rows.iter().map(|row| Cumulative::new(row)).collect(),
-                }
+                let rows: Vec<Vec<f64>> = grid.weights(cell, &weight).map(means).collect();
+                Table::new(&rows)
             })
             .collect();
         let mut n_tables = 0;
         let cells = summed
             .iter()
             .map(|cell| {
-                if is_even(cell) {
-                    return Cell::Even((cell.sum / cell.n_patches as f64 / mean) as f32);
+                if cell.is_even() {
+                    return Cell::Even((cell.mean() / mean) as f32);
                 }
                 n_tables += 1;
                 Cell::Uneven(n_tables - 1)
             })
             .collect();
-        let rows: Vec<Vec<f64>> = summed
-            .chunks(n_columns)
+        let sums: Vec<Vec<f64>> = summed
+            .chunks(grid.n_columns)
             .map(|row| row.iter().map(|cell| cell.sum).collect())
             .collect();
-        let sums: Vec<f64> = rows.iter().map(|row| row.iter().sum()).collect();
         Some(Self {
-            width,
-            height,
-            side,
-            rows: Cumulative::new(&sums),
-            columns: rows.iter().map(|row| Cumulative::new(row)).collect(),
+            grid,
+            choice: Table::new(&sums),
             cells,
             tables,
             mean,
@@ -179,44 +223,37 @@ impl PatchChoice {
     /// what the patch's weight says.
     #[inline]
     pub(super) fn even_density(&self, column: usize, row: usize) -> Option<f32> {
-        match self.cells[row / self.side * self.columns_of_cells() + column / self.side] {
+        match self.cells[self.grid.cell_of(column, row)] {
             Cell::Even(density) => Some(density),
             Cell::Uneven(_) => None,
         }
     }
 
-    #[inline]
-    fn columns_of_cells(&self) -> usize {
-        self.width.div_ceil(self.side)
-    }
-
     /// Draws a place.
     #[inline]
     pub(super) fn sample(&self, u: [f32; 2]) -> Drawn {
-        let (cell_row, v) = self.rows.sample(u[1]);
-        let (cell_column, u) = self.columns[cell_row].sample(u[0]);
-        let (left, top) = (cell_column * self.side, cell_row * self.side);
-        match self.cells[cell_row * self.columns_of_cells() + cell_column] {
+        let grid = &self.grid;
+        let (cell_column, cell_row, [u, v]) = self.choice.sample(u);
+        let (left, top) = (cell_column * grid.side, cell_row * grid.side);
+        match self.cells[cell_row * grid.n_columns + cell_column] {
             Cell::Even(_) => {
                 let along = |u: f32, first: usize, n: usize| {
-                    let length = self.side.min(n - first);
+                    let length = grid.side.min(n - first);
                     let place = u * length as f32;
                     let patch = (place as usize).min(length - 1);
                     (first + patch, place - patch as f32)
                 };
-                let (column, x) = along(u, left, self.width);
-                let (row, y) = along(v, top, self.height);
+                let (column, x) = along(u, left, grid.width);
+                let (row, y) = along(v, top, grid.height);
                 let at = [x, y];
                 Drawn::Point { column, row, at }
             }
             Cell::Uneven(table) => {
-                let table = &self.tables[table as usize];
-                let (row, v) = table.rows.sample(v);
-                let (column, u) = table.columns[row].sample(u);
+                let (column, row, u) = self.tables[table as usize].sample([u, v]);
                 Drawn::Patch {
                     column: left + column,
                     row: top + row,
-                    u: [u, v],
+                    u,
                 }
             }
         }

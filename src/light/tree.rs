@@ -27,7 +27,8 @@ pub struct Emitter {
     pub reach: f32,
     /// It shines along the opposite directions as well.
     pub two_sided: bool,
-    /// Largest radiant intensity, in render-space units; above 0.
+    /// Radiant intensity in render-space units, the largest or a typical one; not negative. Choices are in proportion
+    /// to it.
     pub intensity: f64,
 }
 
@@ -60,7 +61,7 @@ const TWO_SIDED: u32 = 1 << 30;
 const INDEX: u32 = TWO_SIDED - 1;
 
 /// Most emitters a tree may have: two nodes for each are numbered in 30 bits.
-pub const MAX_EMITTERS: usize = 1 << 29;
+const MAX_EMITTERS: usize = 1 << 29;
 /// Cosine below which the angle under which light leaves or arrives no longer counts: angles are bounds and rounded,
 /// and shading normals deviate from geometric ones.
 const MIN_COSINE: f32 = 0.02;

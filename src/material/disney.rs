@@ -139,6 +139,17 @@ impl Disney {
         })
     }
 
+    /// Whether [`Disney::bssrdf`] finds anything anywhere, as far as the distance tells.
+    pub(super) fn may_spread_light(&self) -> bool {
+        match self.interior {
+            Interior::Solid(SpectrumSource::Constant(distance), _) => {
+                !distance.clamp_negative().is_black()
+            }
+            Interior::Solid(SpectrumSource::Texture(_), _) => true,
+            Interior::Thin(..) => false,
+        }
+    }
+
     /// The part that is neither metal nor glass.
     fn diffuse_weight(&self, at: &Inputs) -> f32 {
         (1.0 - at.float(self.metallic)) * (1.0 - at.float(self.specular_transmission))

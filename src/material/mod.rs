@@ -248,11 +248,29 @@ impl Materials {
         }
     }
 
-    /// Whether any material is one of those made for light that spreads below surfaces.
+    /// Whether light may spread below surfaces of any material.
     pub fn let_light_in(&self) -> bool {
-        let lets_in =
-            |m: &Material| matches!(m.model, Model::Subsurface(_) | Model::KdSubsurface(_));
-        self.list.iter().any(lets_in)
+        let mut models = self.list.iter().map(|material| &material.model);
+        models.any(|model| self.spreads_light(model))
+    }
+
+    /// Whether light may spread below surfaces of a material: it comes back from those of this very material only.
+    pub fn spreads_light(&self, model: &Model) -> bool {
+        match model {
+            Model::Subsurface(_) | Model::KdSubsurface(_) => true,
+            Model::Disney(disney) => disney.may_spread_light(),
+            Model::Mix(mix) => self.spreads_light(&self.list[mix.first.index()].model),
+            Model::Matte(_)
+            | Model::Plastic(_)
+            | Model::Translucent(_)
+            | Model::Glass(_)
+            | Model::Mirror(_)
+            | Model::Metal(_)
+            | Model::Substrate(_)
+            | Model::Uber(_)
+            | Model::Hair(_)
+            | Model::Fourier(_) => false,
+        }
     }
 
     /// Whether any input of any material needs the footprint of the camera's pixel.

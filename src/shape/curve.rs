@@ -247,11 +247,6 @@ impl Curves {
         self.pieces.len()
     }
 
-    /// How they look.
-    pub fn style(&self) -> CurveStyle {
-        self.style
-    }
-
     /// The segment of a piece, its node there, and its control points relative to `origin`.
     #[inline]
     fn piece(&self, element: u32, origin: Vec3A) -> (&Segment, u8, Cubic) {

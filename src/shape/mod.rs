@@ -275,11 +275,11 @@ impl Shape {
 }
 
 /// Turns a density per area at `p` into one per solid angle at `from`: × d² / cos. 0 where that is not finite.
-fn area_to_solid_angle(from: Point3, p: Point3, ng: Normal3, pdf_a: f64) -> f32 {
+fn area_to_solid_angle(from: Point3, p: Point3, ng: Normal3, pdf_area: f64) -> f32 {
     let w: DVec3 = p.to_f64() - from.to_f64();
     let d2 = w.length_squared();
     let cos = ng.to_f64().dot(w).abs() / d2.sqrt();
-    let pdf_w = (pdf_a * d2 / cos) as f32;
+    let pdf_w = (pdf_area * d2 / cos) as f32;
     if pdf_w.is_finite() { pdf_w } else { 0.0 }
 }
 

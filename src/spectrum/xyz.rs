@@ -21,14 +21,6 @@ pub const XYZ_FROM_RGB: [[f64; 3]; 3] = [
 
 /// Linear RGB of a tristimulus value; outside the gamut some channel is negative.
 pub fn rgb_from_xyz(xyz: [f64; 3]) -> Rgb {
-    Rgb::from_array(transform(&RGB_FROM_XYZ, xyz).map(|channel| channel as f32))
-}
-
-/// Tristimulus value of linear RGB.
-pub fn xyz_from_rgb(rgb: Rgb) -> [f64; 3] {
-    transform(&XYZ_FROM_RGB, rgb.to_array().map(f64::from))
-}
-
-fn transform(matrix: &[[f64; 3]; 3], v: [f64; 3]) -> [f64; 3] {
-    matrix.map(|row| row[0] * v[0] + row[1] * v[1] + row[2] * v[2])
+    let [x, y, z] = xyz;
+    Rgb::from_array(RGB_FROM_XYZ.map(|row| (row[0] * x + row[1] * y + row[2] * z) as f32))
 }

@@ -45,10 +45,6 @@ pub struct EmissionSample {
     pub pdf_dir: f32,
     /// The medium it starts in.
     pub medium: MediumId,
-    /// No other ray can start from a light at this position by chance.
-    pub is_delta_position: bool,
-    /// No other ray can have this direction by chance.
-    pub is_delta_direction: bool,
 }
 
 /// A disk of the scene's size: rays that cross it may meet the scene.
@@ -75,8 +71,6 @@ impl World {
             pdf_pos: 1.0,
             pdf_dir,
             medium: self.light_medium(light),
-            is_delta_position: true,
-            is_delta_direction: false,
         };
         let from_afar = |d: Vec3, radiance: Rgb, pdf_dir: f32| {
             let disk = self.scene_disk(d, u_pos);
@@ -89,8 +83,6 @@ impl World {
                 pdf_pos: disk.pdf(),
                 pdf_dir,
                 medium: self.light_medium(light),
-                is_delta_position: false,
-                is_delta_direction: false,
             }
         };
         let sample = match self.light(light) {
@@ -105,10 +97,7 @@ impl World {
             Light::Goniometric(goniometric) => {
                 from_point(goniometric.position(), goniometric.sample_direction(u_dir)?)
             }
-            Light::Distant(distant) => EmissionSample {
-                is_delta_direction: true,
-                ..from_afar(-distant.direction, distant.radiance, 1.0)
-            },
+            Light::Distant(distant) => from_afar(-distant.direction, distant.radiance, 1.0),
             Light::Infinite(infinite) => {
                 let sample = infinite.sample(u_dir)?;
                 from_afar(-sample.wi, sample.radiance, sample.pdf_w)
@@ -188,8 +177,6 @@ impl World {
             pdf_pos: at.pdf_area as f32,
             pdf_dir: share * local.z() * FRAC_1_PI,
             medium: self.medium_toward(target, at.ng, d, self.light_medium(light)),
-            is_delta_position: false,
-            is_delta_direction: false,
         })
     }
 
@@ -235,8 +222,6 @@ impl World {
             pdf_pos: (f64::from(cos) / (PI * radius * radius)) as f32,
             pdf_dir: UNIFORM_SPHERE_PDF,
             medium: self.medium_toward(target, surface.ng, d, self.light_medium(light)),
-            is_delta_position: false,
-            is_delta_direction: false,
         })
     }
 

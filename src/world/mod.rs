@@ -191,16 +191,16 @@ impl World {
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
             .map(LightId::new)
             .collect();
-        let declared_outside = |medium: MediumId| {
-            parts.camera_medium == medium
-                || parts
-                    .geometries
-                    .iter()
-                    .any(|g| g.media.is_some_and(|m| m.outside == medium))
-        };
-        let bounded_media = (0..parts.media.len())
-            .map(|i| !declared_outside(MediumId::new(i)))
-            .collect();
+        let mut bounded_media = vec![true; parts.media.len()];
+        let outside = parts
+            .geometries
+            .iter()
+            .filter_map(|g| Some(g.media?.outside));
+        for medium in outside.chain([parts.camera_medium]) {
+            if medium.is_some() {
+                bounded_media[medium.index()] = false;
+            }
+        }
         let mut world = Self {
             geometries: parts.geometries,
             materials: parts.materials,

@@ -180,7 +180,9 @@ impl World {
         let share = if far.is_empty() {
             1.0
         } else {
-            (1.0 - far_weights.iter().sum::<f64>() / all) as f32
+            // However dim they are, something is left for those at infinity.
+            let share = 1.0 - far_weights.iter().sum::<f64>() / all;
+            (share as f32).min(1.0 - f32::EPSILON)
         };
         Some(LightSelection {
             table: LightChoice::new(&far_weights),

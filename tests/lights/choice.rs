@@ -3,6 +3,7 @@
 use std::fmt::Write as _;
 
 use tyndall::ids::LightId;
+use tyndall::light::Light;
 use tyndall::sampling::warp::uniform_sphere;
 use tyndall::world::{Receiver, World};
 use tyndall_test_support::Uniform;
@@ -144,6 +145,23 @@ fn a_light_that_can_contribute_can_be_chosen() {
                 }
             }
         }
+    }
+}
+
+#[test]
+fn a_light_at_infinity_of_no_luminance_can_be_chosen_beside_many_lamps() {
+    // What its channels make of luminance is negative, so that it has no power at all.
+    let odd = "LightSource \"distant\" \"rgb L\" [-1 .1 .1]\n".to_owned();
+    let world = world_of("spatial", &(odd + &emitters(100)), None);
+    let id = (0..world.n_lights())
+        .map(LightId::new)
+        .find(|id| matches!(world.light(*id), Light::Distant(_)))
+        .expect("there is one");
+    for at in receivers(12) {
+        let pmf = world.light_pmf(&at, id);
+        assert!(pmf > 0.0, "{at:?}");
+        let last = world.choose_light(&at, 1.0 - f64::EPSILON);
+        assert_eq!(last, Some((id, pmf)), "{at:?}");
     }
 }
 

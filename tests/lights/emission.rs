@@ -2,6 +2,7 @@
 
 use tyndall::ids::LightId;
 use tyndall::image::Image;
+use tyndall::light::Light;
 use tyndall::math::{Frame, Normal3, Point3, Ray, Vec3};
 use tyndall::sampling::warp::cosine_hemisphere;
 use tyndall::world::{World, spawn_ray};
@@ -173,7 +174,8 @@ fn directions_are_drawn_by_their_density() {
         };
         // A hard edge has a test of its own, in the plane of the picture.
         let has_hard_edge = text.contains("projection");
-        if at.is_delta_direction || has_hard_edge || text.contains("curve") {
+        let light = world.light(FIRST);
+        if matches!(light, Light::Distant(_)) || has_hard_edge || text.contains("curve") {
             continue;
         }
         // Around the normal of a surface, so that its horizon is a border between cells.
@@ -189,7 +191,7 @@ fn directions_are_drawn_by_their_density() {
             let (pdf_pos, pdf_dir) = world.pdf_emission(FIRST, s.p, s.ng, s.d);
             let same = |a: f32, b: f32| (a / b - 1.0).abs() < 1e-2;
             n_other += usize::from(!same(pdf_dir, s.pdf_dir));
-            n_other += usize::from(!s.is_delta_position && !same(pdf_pos, s.pdf_pos));
+            n_other += usize::from(light.position().is_none() && !same(pdf_pos, s.pdf_pos));
             Some(frame.to_local(s.d).to_f64().as_vec3().to_array())
         };
         let pdf = |d: [f32; 3]| {

@@ -80,7 +80,7 @@ fn middle_block(film: &Film) -> PixelRect {
         let inside = |start: i32, length: usize| (start..start + length as i32).contains(&4);
         inside(block.x0, block.width) && inside(block.y0, block.height)
     };
-    film.blocks()
+    Film::blocks_of(film.sample_bounds())
         .into_iter()
         .find(holds_middle)
         .expect("blocks cover the picture")

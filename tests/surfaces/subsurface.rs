@@ -97,13 +97,52 @@ fn m08_a_stack_of_a_thousand_sheets_ends_and_adds_up() {
     // Below the first sheet all is dark: it alone sends light back, as if there were no other.
     let material =
         "\"kdsubsurface\" \"rgb Kd\" [.6 .6 .6] \"rgb mfp\" [.03 .03 .03] \"float eta\" 1.33";
-    let sheet = |k: i32| {
-        let z = f64::from(k) * 0.001;
-        format!("Shape \"disk\" \"float radius\" 30 \"float height\" {z}\n")
-    };
-    let sheets: String = (0..1000).map(sheet).collect();
+    // A `height` of its own would give each sheet a material of its own.
+    let sheet = "Shape \"disk\" \"float radius\" 30\nTranslate 0 0 0.001\n";
+    let sheets = sheet.repeat(1000);
     let scene = body(material, &format!("ReverseOrientation\n{sheets}"), 1);
     assert_mean(&scene, 20_000, seen_head_on([0.6; 3]), "sheets");
+}
+
+#[test]
+fn light_comes_back_from_surfaces_of_the_same_material_not_of_an_equal_one() {
+    // Seen at the seam of two half planes: half of what enters comes back from either.
+    let material = format!(
+        "\"kdsubsurface\" \"rgb Kd\" [.6 .6 .6] \"rgb mfp\" [.03 .03 .03] \"float eta\" {ETA}"
+    );
+    let half = |side: i32, parameters: &str| {
+        let (x0, x1) = ((9 * side).min(0), (9 * side).max(0));
+        format!(
+            "Shape \"trianglemesh\" \"point P\" [{x0} -9 0  {x1} -9 0  {x1} 9 0  {x0} 9 0] \
+             \"integer indices\" [0 2 1 0 3 2] {parameters}\n"
+        )
+    };
+    let (left, right) = (half(-1, ""), half(1, ""));
+    let override_eta = format!("\"float eta\" {ETA}");
+    let (private_left, private_right) = (half(-1, &override_eta), half(1, &override_eta));
+    let parameters = material.trim_start_matches("\"kdsubsurface\"");
+    let name =
+        format!("MakeNamedMaterial \"skin\" \"string type\" \"kdsubsurface\" {parameters}\n");
+    let named = |half: &str| format!("AttributeBegin NamedMaterial \"skin\" {half}AttributeEnd\n");
+    for (shapes, back) in [
+        (format!("{left}{right}"), 0.6),
+        (name + &named(&left) + &named(&right), 0.6),
+        (format!("{left}Material {material}\n{right}"), 0.3),
+        (format!("{left}{private_right}"), 0.3),
+        (format!("{private_left}{private_right}"), 0.3),
+        (
+            format!("ObjectBegin \"both\" {private_left}{right} ObjectEnd ObjectInstance \"both\""),
+            0.3,
+        ),
+    ] {
+        let scene = body(&material, &shapes, 1);
+        assert_mean(&scene, 40_000, seen_head_on([back; 3]), &shapes);
+    }
+    let disney = "\"disney\" \"rgb color\" [.6 .6 .6] \"rgb scatterdistance\" [.1 .1 .1]";
+    let override_color = "\"rgb color\" [.6 .6 .6]";
+    let mean = |right: &str| Probe::new(&body(disney, &(left.clone() + right), 1)).means(40_000)[0];
+    let (one, two) = (mean(&right), mean(&half(1, override_color)));
+    assert!(two.value < 0.8 * one.value, "{one:?}, {two:?}");
 }
 
 #[test]

@@ -21,14 +21,16 @@ use tyndall_parser::source::Sources;
 
 use super::args::BenchArgs;
 use super::console::{self, Console};
+use super::files::reason;
 use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::Place;
 use super::plan::{Destination, Verbosity};
-use super::{ReportSink, reason, resources};
+use super::{ReportSink, resources, to_json};
 use contest::Contest;
 use report::{Parts, Report, Skipped};
 use suite::{Directories, Scene, Suite};
+use summary::Rival;
 
 /// Runs the suite and writes the results.
 pub(super) fn run(args: BenchArgs) -> Outcome {
@@ -97,11 +99,10 @@ fn bench(args: &BenchArgs, console: &mut Console) -> Result<Outcome, String> {
     let report = Report::new(&suite, parts);
     let markdown = shelf.fill(&report)?;
     if let Some(json) = json {
-        json.write(&report.to_json())?;
+        json.write(&to_json(&report))?;
     }
     if destination != Some(Destination::Stdout) && !args.quiet {
-        let printed = console::print(&markdown);
-        printed.map_err(|error| format!("cannot write to standard output: {}", reason(&error)))?;
+        console::print(&markdown)?;
     }
     for scene in &report.scenes {
         for renderer in &scene.renderers {
@@ -185,12 +186,8 @@ impl<'a> Shelf<'a> {
                 plots.push((scene.scene.clone(), file));
             }
         }
-        let others: Vec<(String, bool)> = report
-            .means
-            .iter()
-            .map(|mean| (mean.over.clone(), mean.derived_via.is_some()))
-            .collect();
-        let overview = plot::efficiencies(&report.scenes, &others);
+        let rivals: Vec<&Rival> = report.means.iter().map(|mean| &mean.rival).collect();
+        let overview = plot::efficiencies(&report.scenes, &rivals);
         let overview = overview.map_err(|error| format!("cannot plot efficiencies: {error}"))?;
         if let Some(svg) = &overview {
             self.write(OVERVIEW, svg.as_bytes())?;
@@ -198,7 +195,7 @@ impl<'a> Shelf<'a> {
         let markdown = report.to_markdown(&plots, overview.as_ref().map(|_| OVERVIEW));
         self.write("report.md", markdown.as_bytes())?;
         self.write("runs.csv", &report.to_csv()?)?;
-        self.write(REPORT, report.to_json().as_bytes())?;
+        self.write(REPORT, to_json(report).as_bytes())?;
         Ok(markdown)
     }
 

@@ -10,7 +10,7 @@ use plotters::prelude::{
 
 use super::contest::Run;
 use super::suite::OURS;
-use super::summary::{Ratios, SceneSummary};
+use super::summary::{Rival, SceneSummary};
 
 /// Pixels of a scene's plot.
 const SIZE: (u32, u32) = (640, 420);
@@ -129,18 +129,18 @@ pub(super) fn scene(summary: &SceneSummary, runs: &[Run]) -> Result<Option<Strin
 /// Our efficiency over that of each other renderer, a row for each scene. `None` if there is nothing to compare.
 pub(super) fn efficiencies(
     scenes: &[SceneSummary],
-    names: &[(String, bool)],
+    rivals: &[&Rival],
 ) -> Result<Option<String>, Failure> {
     let all = || scenes.iter().flat_map(|scene| &scene.ratios);
-    let values = all().filter_map(|ratios| ratios.efficiency);
+    let values = all().filter_map(|row| row.ratios.efficiency);
     // The line of equal efficiency is always in sight.
     let Some(x) = range(values.chain([1.0])).filter(|_| all().next().is_some()) else {
         return Ok(None);
     };
     // The legend has rows of its own on top; then comes the first scene.
     let n_rows = scenes.len() as i32;
-    let n_all = n_rows + names.len() as i32;
-    let row = |i: usize| SegmentValue::CenterOf(n_rows - 1 - i as i32);
+    let n_all = n_rows + rivals.len() as i32;
+    let row_of = |i: usize| SegmentValue::CenterOf(n_rows - 1 - i as i32);
     let mut svg = String::new();
     {
         let size = (WIDTH, FRAME + ROW * n_all.unsigned_abs());
@@ -175,25 +175,18 @@ pub(super) fn efficiencies(
             .draw()?;
         let equal = [SegmentValue::Exact(0), SegmentValue::Last].map(|row| (1.0, row));
         chart.draw_series(LineSeries::new(equal, BLACK.stroke_width(2)))?;
-        for ((name, is_derived), colour) in names.iter().zip(COLOURS.iter().skip(1).cycle()) {
-            let is_theirs = |ratios: &&Ratios| {
-                ratios.over == *name && ratios.derived_via.is_some() == *is_derived
-            };
+        for (rival, colour) in rivals.iter().zip(COLOURS.iter().skip(1).cycle()) {
             let rows = scenes.iter().enumerate().filter_map(|(i, scene)| {
-                let ratios = scene.ratios.iter().find(is_theirs)?;
-                Some((ratios.efficiency?, row(i)))
+                let row = scene.ratios.iter().find(|row| row.rival == **rival)?;
+                Some((row.ratios.efficiency?, row_of(i)))
             });
-            let style = match is_derived {
-                true => colour.stroke_width(2),
-                false => colour.filled(),
-            };
-            let label = match is_derived {
-                true => format!("{name} (derived)"),
-                false => name.clone(),
+            let style = match rival.derived_via {
+                Some(_) => colour.stroke_width(2),
+                None => colour.filled(),
             };
             chart
                 .draw_series(rows.map(|at| Circle::new(at, 5, style)))?
-                .label(label)
+                .label(rival.text())
                 .legend(move |(x, y)| Circle::new((x + 10, y), 5, style));
         }
         chart

@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::contest::Run;
 use super::fit::{Convergence, Verdict};
 use super::suite::{OURS, Suite};
-use super::summary::{Figures, MeanRatios, Ratios, RendererSummary, SceneSummary};
+use super::summary::{Figures, MeanRatios, Ratios, RendererSummary, Rival, SceneSummary};
 use crate::app::outcome::Outcome;
 
 /// Version of the report: raised when a field is removed or changes its meaning, not when one is added.
@@ -109,14 +109,6 @@ impl Report {
         }
     }
 
-    /// As text with a line feed at the end.
-    pub(super) fn to_json(&self) -> String {
-        // A tree of numbers and strings with no maps: there is nothing to go wrong.
-        let mut text = serde_json::to_string_pretty(self).unwrap_or_default();
-        text.push('\n');
-        text
-    }
-
     /// A line for each run.
     ///
     /// # Errors
@@ -184,8 +176,7 @@ impl Report {
              more than 1 for efficiency.\n"
         );
         for mean in &self.means {
-            let name = over(&mean.over, mean.derived_via.as_deref());
-            let _ = writeln!(text, "### Over {name}\n");
+            let _ = writeln!(text, "### Over {}\n", mean.rival.text());
             let columns = [
                 "scene",
                 "spp",
@@ -197,38 +188,15 @@ impl Report {
                 "by relMSE",
             ];
             write_header(text, &columns, 2);
-            let rows = self.scenes.iter().flat_map(|scene| {
-                let is_theirs =
-                    |row: &&Ratios| row.over == mean.over && row.derived_via == mean.derived_via;
-                let ratios = scene.ratios.iter().filter(is_theirs);
-                ratios.map(|row| (scene.scene.as_str(), row))
-            });
-            for (scene, row) in rows {
-                let ratios = [
-                    row.cpu,
-                    row.mse,
-                    row.relmse,
-                    row.memory,
-                    row.efficiency,
-                    row.relative_efficiency,
-                ];
-                write_row(
-                    text,
-                    &[scene, &row.spp.to_string()],
-                    &ratios.map(significant),
-                );
+            for scene in &self.scenes {
+                for row in scene.ratios.iter().filter(|row| row.rival == mean.rival) {
+                    let cells = row.ratios.columns().map(significant);
+                    write_row(text, &[&scene.scene, &row.spp.to_string()], &cells);
+                }
             }
-            let ratios = [
-                mean.cpu,
-                mean.mse,
-                mean.relmse,
-                mean.memory,
-                mean.efficiency,
-                mean.relative_efficiency,
-            ];
             let bold = |ratio| format!("**{}**", significant(ratio));
             let head = format!("**geometric mean of {}**", mean.n_scenes);
-            write_row(text, &[&head, ""], &ratios.map(bold));
+            write_row(text, &[&head, ""], &mean.ratios.columns().map(bold));
             text.push('\n');
         }
     }
@@ -330,6 +298,30 @@ impl Report {
     }
 }
 
+impl Rival {
+    /// For people.
+    pub(super) fn text(&self) -> String {
+        match &self.derived_via {
+            Some(peer) => format!("{} (derived via {peer})", self.over),
+            None => self.over.clone(),
+        }
+    }
+}
+
+impl Ratios {
+    /// In the order of the table's columns.
+    fn columns(&self) -> [Option<f64>; 6] {
+        [
+            self.cpu,
+            self.mse,
+            self.relmse,
+            self.memory,
+            self.efficiency,
+            self.relative_efficiency,
+        ]
+    }
+}
+
 impl RendererSummary {
     /// What must not be overlooked about its convergence.
     pub(super) fn warning(&self, scene: &str) -> Option<String> {
@@ -383,13 +375,6 @@ impl Figures {
             significant(self.relmse),
             ratio.unwrap_or_else(|| NOTHING.to_owned()),
         ]
-    }
-}
-
-fn over(name: &str, derived_via: Option<&str>) -> String {
-    match derived_via {
-        Some(peer) => format!("{name} (derived via {peer})"),
-        None => name.to_owned(),
     }
 }
 

@@ -13,7 +13,7 @@ pub(super) struct SceneSummary {
     pub(super) scene: String,
     pub(super) reference_noise: Option<f64>,
     pub(super) renderers: Vec<RendererSummary>,
-    pub(super) ratios: Vec<Ratios>,
+    pub(super) ratios: Vec<SceneRatios>,
 }
 
 /// One renderer on one scene.
@@ -50,14 +50,17 @@ pub(super) struct Figures {
     pub(super) relative_efficiency: Option<f64>,
 }
 
-/// Ours over theirs. For time, memory and error less than 1 is better; for efficiencies more.
-#[derive(Serialize, Clone, PartialEq, Debug)]
-pub(super) struct Ratios {
+/// Whom we are compared with.
+#[derive(Serialize, Clone, PartialEq, Eq, Debug)]
+pub(super) struct Rival {
     pub(super) over: String,
     /// The peer that the known renderer was measured beside; `None` if it ran here.
     pub(super) derived_via: Option<String>,
-    /// The sample count of the comparison: the greatest that both have.
-    pub(super) spp: u32,
+}
+
+/// Ours over theirs. For time, memory and error less than 1 is better; for efficiencies more.
+#[derive(Serialize, Clone, Copy, PartialEq, Debug)]
+pub(super) struct Ratios {
     pub(super) cpu: Option<f64>,
     pub(super) memory: Option<f64>,
     pub(super) mse: Option<f64>,
@@ -66,18 +69,25 @@ pub(super) struct Ratios {
     pub(super) relative_efficiency: Option<f64>,
 }
 
+/// Those of one scene.
+#[derive(Serialize, Clone, PartialEq, Debug)]
+pub(super) struct SceneRatios {
+    #[serde(flatten)]
+    pub(super) rival: Rival,
+    /// The sample count of the comparison: the greatest that both have.
+    pub(super) spp: u32,
+    #[serde(flatten)]
+    pub(super) ratios: Ratios,
+}
+
 /// Geometric means over the scenes that have the ratio.
 #[derive(Serialize, Clone, PartialEq, Debug)]
 pub(super) struct MeanRatios {
-    pub(super) over: String,
-    pub(super) derived_via: Option<String>,
+    #[serde(flatten)]
+    pub(super) rival: Rival,
     pub(super) n_scenes: usize,
-    pub(super) cpu: Option<f64>,
-    pub(super) memory: Option<f64>,
-    pub(super) mse: Option<f64>,
-    pub(super) relmse: Option<f64>,
-    pub(super) efficiency: Option<f64>,
-    pub(super) relative_efficiency: Option<f64>,
+    #[serde(flatten)]
+    pub(super) ratios: Ratios,
 }
 
 /// Sums up each scene.
@@ -102,29 +112,24 @@ pub(super) fn summarize(suite: &Suite, scenes: &[&Scene], runs: &[Run]) -> Vec<S
 /// Geometric means of the ratios over each renderer, in the order in which they first come up.
 pub(super) fn means(scenes: &[SceneSummary]) -> Vec<MeanRatios> {
     let all = || scenes.iter().flat_map(|scene| &scene.ratios);
-    let mut over: Vec<(&String, &Option<String>)> = Vec::new();
-    for ratios in all() {
-        let key = (&ratios.over, &ratios.derived_via);
-        if !over.contains(&key) {
-            over.push(key);
+    let mut rivals: Vec<&Rival> = Vec::new();
+    for row in all() {
+        if !rivals.contains(&&row.rival) {
+            rivals.push(&row.rival);
         }
     }
-    let mean_ratios = |(name, via): (&String, &Option<String>)| {
-        let rows = || all().filter(move |row| row.over == *name && row.derived_via == *via);
-        let of = |ratio: fn(&Ratios) -> Option<f64>| geometric_mean(rows().filter_map(ratio));
+    let mean_ratios = |rival: &Rival| {
+        let rows = || all().filter(move |row| row.rival == *rival);
+        let of = |ratio: fn(&Ratios) -> Option<f64>| {
+            geometric_mean(rows().filter_map(|row| ratio(&row.ratios)))
+        };
         MeanRatios {
-            over: name.clone(),
-            derived_via: via.clone(),
+            rival: rival.clone(),
             n_scenes: rows().count(),
-            cpu: of(|row| row.cpu),
-            memory: of(|row| row.memory),
-            mse: of(|row| row.mse),
-            relmse: of(|row| row.relmse),
-            efficiency: of(|row| row.efficiency),
-            relative_efficiency: of(|row| row.relative_efficiency),
+            ratios: Ratios::each(of),
         }
     };
-    over.into_iter().map(mean_ratios).collect()
+    rivals.into_iter().map(mean_ratios).collect()
 }
 
 impl RendererSummary {
@@ -199,7 +204,7 @@ impl Figures {
 }
 
 /// Ours over each peer, and over the renderers known beside it.
-fn ratios(suite: &Suite, scene: &Scene, renderers: &[RendererSummary]) -> Vec<Ratios> {
+fn ratios(suite: &Suite, scene: &Scene, renderers: &[RendererSummary]) -> Vec<SceneRatios> {
     let Some((ours, _)) = renderers.split_first() else {
         return Vec::new();
     };
@@ -214,25 +219,44 @@ fn ratios(suite: &Suite, scene: &Scene, renderers: &[RendererSummary]) -> Vec<Ra
             pairs.find_map(|pair| pair)
         });
         let Some((our, their)) = common else { continue };
-        let measured = Ratios::measured(&peer.name, our, their);
-        let derived = peer.known.iter().filter_map(|known| {
-            let figures = known.figures.get(&scene.name)?;
-            Some(measured.over_known(&known.name, figures))
-        });
-        let derived: Vec<Ratios> = derived.collect();
-        all.push(measured);
-        all.extend(derived);
+        let mut push = |over: &str, derived_via: Option<&str>, ratios: Ratios| {
+            all.push(SceneRatios {
+                rival: Rival {
+                    over: over.to_owned(),
+                    derived_via: derived_via.map(str::to_owned),
+                },
+                spp: our.spp,
+                ratios,
+            });
+        };
+        let measured = Ratios::measured(our, their);
+        push(&peer.name, None, measured);
+        for known in &peer.known {
+            if let Some(figures) = known.figures.get(&scene.name) {
+                let derived = measured.over_known(figures);
+                push(&known.name, Some(&peer.name), derived);
+            }
+        }
     }
     all
 }
 
 impl Ratios {
-    fn measured(over: &str, ours: &Figures, theirs: &Figures) -> Self {
+    /// What `ratio` makes of each of them, which it is told how to find.
+    fn each(ratio: impl Fn(fn(&Self) -> Option<f64>) -> Option<f64>) -> Self {
+        Self {
+            cpu: ratio(|ratios| ratios.cpu),
+            memory: ratio(|ratios| ratios.memory),
+            mse: ratio(|ratios| ratios.mse),
+            relmse: ratio(|ratios| ratios.relmse),
+            efficiency: ratio(|ratios| ratios.efficiency),
+            relative_efficiency: ratio(|ratios| ratios.relative_efficiency),
+        }
+    }
+
+    fn measured(ours: &Figures, theirs: &Figures) -> Self {
         let ratio = |value: fn(&Figures) -> Option<f64>| quotient(value(ours)?, value(theirs)?);
         Self {
-            over: over.to_owned(),
-            derived_via: None,
-            spp: ours.spp,
             cpu: ratio(|figures| figures.cpu_seconds),
             memory: ratio(|figures| figures.peak_memory_bytes),
             mse: ratio(|figures| Some(figures.mse)),
@@ -243,7 +267,7 @@ impl Ratios {
     }
 
     /// Ours over the peer, divided by the known renderer over the peer.
-    fn over_known(&self, name: &str, known: &KnownFigures) -> Self {
+    fn over_known(&self, known: &KnownFigures) -> Self {
         let over = |ours: Option<f64>, known: Option<[f64; 2]>| {
             let [third, peer] = known?;
             quotient(ours?, third / peer)
@@ -253,9 +277,6 @@ impl Ratios {
             _ => None,
         };
         Self {
-            over: name.to_owned(),
-            derived_via: Some(self.over.clone()),
-            spp: self.spp,
             cpu: over(self.cpu, known.cpu),
             memory: over(self.memory, known.memory),
             mse: over(self.mse, known.mse),
@@ -275,7 +296,9 @@ fn quotient(a: f64, b: f64) -> Option<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Figures, KnownFigures, MeanRatios, Ratios, SceneSummary, means};
+    use super::{
+        Figures, KnownFigures, MeanRatios, Ratios, Rival, SceneRatios, SceneSummary, means,
+    };
 
     fn figures(cpu: f64, mse: f64, memory: f64) -> Figures {
         Figures {
@@ -295,8 +318,7 @@ mod tests {
 
     #[test]
     fn ratios_over_a_known_renderer_follow_from_those_over_the_peer() {
-        let measured =
-            Ratios::measured("peer", &figures(2.0, 0.5, 100.0), &figures(8.0, 1.0, 400.0));
+        let measured = Ratios::measured(&figures(2.0, 0.5, 100.0), &figures(8.0, 1.0, 400.0));
         assert_eq!((measured.cpu, measured.mse), (Some(0.25), Some(0.5)));
         assert_eq!(
             (measured.memory, measured.efficiency),
@@ -308,35 +330,39 @@ mod tests {
             memory: None,
             mse: Some([0.04, 0.01]),
         };
-        let derived = measured.over_known("third", &known);
+        let derived = measured.over_known(&known);
         assert_eq!((derived.cpu, derived.mse), (Some(0.5), Some(0.125)));
         // Its efficiency is half the peer's.
         assert_eq!((derived.memory, derived.efficiency), (None, Some(16.0)));
-        assert_eq!(derived.derived_via.as_deref(), Some("peer"));
     }
 
     #[test]
     fn means_are_geometric_and_by_renderer() {
-        let scene = |efficiency: f64, name: &str| SceneSummary {
-            scene: name.to_owned(),
+        let row = |via: Option<&str>, efficiency: f64| SceneRatios {
+            rival: Rival {
+                over: "other".to_owned(),
+                derived_via: via.map(str::to_owned),
+            },
+            spp: 16,
+            ratios: Ratios {
+                efficiency: Some(efficiency),
+                ..Ratios::measured(&figures(1.0, 1.0, 1.0), &figures(1.0, 1.0, 1.0))
+            },
+        };
+        let scene = |efficiency: f64| SceneSummary {
+            scene: String::new(),
             reference_noise: None,
             renderers: Vec::new(),
-            ratios: vec![Ratios {
-                efficiency: Some(efficiency),
-                ..Ratios::measured("peer", &figures(1.0, 1.0, 1.0), &figures(1.0, 1.0, 1.0))
-            }],
+            ratios: vec![row(Some("a"), efficiency), row(Some("b"), 3.0)],
         };
-        let all = means(&[scene(2.0, "a"), scene(8.0, "b")]);
-        let [
-            MeanRatios {
-                n_scenes: 2,
-                efficiency: Some(efficiency),
-                ..
-            },
-        ] = &all[..]
-        else {
+        let all = means(&[scene(2.0), scene(8.0)]);
+        let of = |mean: &MeanRatios| mean.ratios.efficiency.expect("all scenes have it");
+        let [by_a, by_b] = &all[..] else {
             panic!("{all:?}");
         };
-        assert!((efficiency - 4.0).abs() < 1e-12, "{efficiency}");
+        assert_eq!((by_a.n_scenes, by_b.n_scenes), (2, 2));
+        assert_eq!(by_a.rival.derived_via.as_deref(), Some("a"));
+        assert!((of(by_a) - 4.0).abs() < 1e-12, "{by_a:?}");
+        assert!((of(by_b) - 3.0).abs() < 1e-12, "{by_b:?}");
     }
 }

@@ -77,19 +77,8 @@ impl Tracer<'_> {
             is_delta_light: sample.is_delta,
             reaches_film,
         };
-        let is_far = matches!(
-            self.world.light(light),
-            Light::Infinite(_) | Light::Distant(_)
-        );
-        let mut on_light = Vertex::start(
-            if is_far {
-                Kind::FarLight(light)
-            } else {
-                Kind::Light(light)
-            },
-            sample.p,
-            vertex.medium,
-        );
+        let kind = Kind::of_light(self.world, light);
+        let mut on_light = Vertex::start(kind, sample.p, vertex.medium);
         on_light.ng = sample.ng;
         let camera = on_light.density(vertex.p, vertex.pdf_w(wo, wi));
         let back = vertex.pdf_w(wi, wo);

@@ -95,15 +95,8 @@ impl<'a> Tracer<'a> {
         let Some(sample) = self.world.sample_emission(light, u_pos, u_dir, self.time) else {
             return;
         };
-        let is_far = matches!(
-            self.world.light(light),
-            Light::Infinite(_) | Light::Distant(_)
-        );
-        let kind = if is_far {
-            Kind::FarLight(light)
-        } else {
-            Kind::Light(light)
-        };
+        let kind = Kind::of_light(self.world, light);
+        let is_far = matches!(kind, Kind::FarLight(_));
         let mut start = Vertex::start(kind, sample.p, sample.medium);
         (start.p_err, start.ng, start.wo) = (sample.p_err, sample.ng, -sample.d);
         self.light_path.push(start);

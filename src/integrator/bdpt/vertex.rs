@@ -1,6 +1,7 @@
 //! Vertices of paths, and what passes through them.
 
 use crate::ids::{LightId, MediumId};
+use crate::light::Light;
 use crate::math::{Normal3, Point3, Vec3};
 use crate::scatter::{Bsdf, HenyeyGreenstein, TransportMode};
 use crate::spectrum::Rgb;
@@ -51,6 +52,20 @@ pub(super) enum Kind<'a> {
     Surface(Bsdf<'a>),
     /// A point in a medium.
     Medium(HenyeyGreenstein),
+}
+
+impl Kind<'_> {
+    /// A point of a light.
+    pub(super) fn of_light(world: &World, light: LightId) -> Self {
+        match world.light(light) {
+            Light::Infinite(_) | Light::Distant(_) => Self::FarLight(light),
+            Light::Point(_)
+            | Light::Spot(_)
+            | Light::Projection(_)
+            | Light::Goniometric(_)
+            | Light::Area(_) => Self::Light(light),
+        }
+    }
 }
 
 impl<'a> Vertex<'a> {

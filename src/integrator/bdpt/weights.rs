@@ -106,23 +106,38 @@ mod tests {
         f64::from(reach * (2.0 * rng.uniform() - 1.0)).exp()
     }
 
-    fn sum_of_weights(path: &[Density], ends: &Ends) -> f64 {
+    /// Density with which strategy `s` finds a path as a whole, but for factors that all strategies have: the product
+    /// over its vertices, and 0 for what never happens.
+    fn density(path: &[Density], ends: &Ends, s: usize) -> f64 {
         let n = path.len();
-        let possible = |s: usize| match s {
-            0 => !ends.is_delta_light,
-            s if s == n - 1 => ends.reaches_film && !path[n - 2].specular,
-            s => !path[s].specular && (s == 1 || !path[s - 1].specular),
+        // Directions from specular vertices are certain.
+        let from_light = |i: usize| match i {
+            0 if s == 1 => ends.direct,
+            0 => ends.emitted,
+            i if path[i - 1].specular => 1.0,
+            i => path[i].light,
         };
-        (0..n)
-            .filter(|&s| possible(s))
-            .map(|s| weight(path, ends, s))
-            .sum()
+        let from_camera = |i: usize| match i {
+            i if i == n - 1 || path[i + 1].specular => 1.0,
+            i => path[i].camera,
+        };
+        let drawn: f64 =
+            (0..s).map(from_light).product::<f64>() * (s..n).map(from_camera).product::<f64>();
+        let by_chance = s == 0 && ends.is_delta_light;
+        let beside_the_film = s == n - 1 && !ends.reaches_film;
+        // The two vertices that are joined must scatter to each other.
+        let through_a_mirror = s > 0 && (path[s - 1].specular || path[s].specular);
+        if by_chance || beside_the_film || through_a_mirror {
+            0.0
+        } else {
+            drawn
+        }
     }
 
     #[test]
-    fn weights_of_the_strategies_of_a_path_sum_to_one() {
+    fn weights_are_the_shares_of_squared_densities() {
         let mut rng = Rng::new(5);
-        let mut n_tested = 0;
+        let (mut n_tested, mut n_impossible) = (0, 0);
         for case in 0..20_000 {
             let n = 3 + (rng.next_u32() % 8) as usize;
             let path: Vec<Density> = (0..n)
@@ -138,14 +153,21 @@ mod tests {
                 is_delta_light: rng.uniform() < 0.3,
                 reaches_film: rng.uniform() < 0.7,
             };
-            let sum = sum_of_weights(&path, &ends);
-            if sum == 0.0 {
-                continue;
+            let squares: Vec<f64> = (0..n).map(|s| density(&path, &ends, s).powi(2)).collect();
+            let sum: f64 = squares.iter().sum();
+            // Strategies that cannot find the path are never asked for its weight.
+            for s in (0..n).filter(|&s| squares[s] > 0.0) {
+                n_tested += 1;
+                let (weight, share) = (weight(&path, &ends, s), squares[s] / sum);
+                assert!(
+                    (weight - share).abs() <= 1e-12 + 1e-9 * share,
+                    "case {case}, strategy {s}: {weight} for {share}"
+                );
             }
-            n_tested += 1;
-            assert!((sum - 1.0).abs() < 1e-9, "case {case}: {sum}");
+            n_impossible += squares.iter().filter(|square| **square == 0.0).count();
         }
-        assert!(n_tested > 10_000, "{n_tested}");
+        assert!(n_tested > 50_000, "{n_tested}");
+        assert!(n_impossible > 10_000, "{n_impossible}");
     }
 
     #[test]
