@@ -2,6 +2,8 @@
 
 #[path = "cli/bench.rs"]
 mod bench;
+#[path = "cli/exhausted.rs"]
+mod exhausted;
 #[path = "cli/files.rs"]
 mod files;
 #[path = "cli/following.rs"]

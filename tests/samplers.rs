@@ -107,7 +107,7 @@ fn n20_dense_media_need_more_dimensions_than_any_table_has() {
 }
 
 #[test]
-fn n21_impossible_counts_are_told_and_large_ones_are_not() {
+fn n21_impossible_counts_are_told_and_possible_ones_are_not() {
     let told = |sampler: &str| {
         let scene = lit_floor("path", 40.0);
         let all = findings(&format!("{sampler}\n{scene}"));
@@ -122,8 +122,11 @@ fn n21_impossible_counts_are_told_and_large_ones_are_not() {
     assert!(!told("Sampler \"stratified\" \"integer xsamples\" 0").is_empty());
     let large = "Sampler \"maxmindist\" \"integer pixelsamples\" 1000000";
     assert_eq!(told(large), ["rounded-samples"]);
-    let large = "Sampler \"stratified\" \"integer xsamples\" 100000 \"integer ysamples\" 100000";
-    assert!(told(large).is_empty());
+    let stratified = |side: u32| {
+        format!("Sampler \"stratified\" \"integer xsamples\" {side} \"integer ysamples\" {side}")
+    };
+    assert!(told(&stratified(40_000)).is_empty());
+    assert_eq!(told(&stratified(100_000)), ["many-samples"]);
 }
 
 #[test]

@@ -3,6 +3,7 @@
 #![no_main]
 
 libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(
+    tyndall_fuzz::Budget::TEXT,
     tyndall_fuzz::entry::describe_scene,
     bytes
 ));

@@ -2,4 +2,8 @@
 
 #![no_main]
 
-libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(tyndall_fuzz::entry::fourier, bytes));
+libfuzzer_sys::fuzz_target!(|bytes: &[u8]| tyndall_fuzz::run(
+    tyndall_fuzz::Budget::TEXT,
+    tyndall_fuzz::entry::fourier,
+    bytes
+));

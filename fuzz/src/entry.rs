@@ -4,12 +4,14 @@ use std::sync::Arc;
 
 use tyndall::compile::{Assets, CompileOptions, compile};
 use tyndall::describe::describe;
+use tyndall::describe::description::Frame;
 use tyndall::image::Image;
 use tyndall::image::codec::{self, ImageFile, Precision};
 use tyndall::math::Vec3;
 use tyndall::scatter::{TransportMode, fourier};
 use tyndall::shape::ply::{self, Route};
 use tyndall_parser::diagnostic::{Diagnostics, Style};
+use tyndall_parser::params::{ParamClass, ParamValue};
 use tyndall_parser::source::{SourceBytes, Sources, Spanned};
 use tyndall_parser::{LoadError, Loaded, Loader, SceneFile, print};
 
@@ -42,6 +44,9 @@ const SPECTRUM: &str = "400 1\n500 0.5\n700 2\n";
 const LENS: &str = "100 1 1.5 16\n0 1 0 10\n-100 50 1 16\n";
 const MESH: &str = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
     element face 1\nproperty list uchar int vertex_indices\nend_header\n0 0 0 1 0 0 0 1 0\n3 0 1 2\n";
+
+/// Levels of subdivision that are tried: each makes four triangles of one.
+const MAX_LEVELS: i32 = 4;
 
 /// The files of a scene. All of a kind are the same.
 struct Files<'a> {
@@ -121,12 +126,21 @@ fn compiled(bytes: &[u8], files: &Files<'_>) -> Diagnostics {
     let (scene, mut found, sources) = read(bytes, files);
     let (scene, more) = describe(scene);
     found.extend(more);
-    for frame in scene.frames {
+    for frame in scene.frames.into_iter().filter(|frame| !is_deep(frame)) {
         let (_, more) = compile(frame, &CompileOptions::default(), files);
         found.extend(more);
     }
     let _ = found.render(&sources, Style::Plain);
     found
+}
+
+/// Whether a surface is subdivided so often that its triangles, of which there may be 16 million, drown all else.
+fn is_deep(frame: &Frame) -> bool {
+    let in_objects = frame.objects.iter().flat_map(|object| &object.shapes);
+    frame.shapes.iter().chain(in_objects).any(|shape| {
+        let levels = shape.entity.params.get("levels", ParamClass::Integer);
+        matches!(levels.map(|param| &param.value), Some(ParamValue::Integer(n)) if n.iter().any(|&n| n > MAX_LEVELS))
+    })
 }
 
 /// PLY meshes by both readers, which agree on the triangles.

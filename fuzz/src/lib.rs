@@ -9,14 +9,38 @@ use cap::Cap;
 #[global_allocator]
 static ALLOCATOR: Cap<System> = Cap::new(System, usize::MAX);
 
-/// Bytes that any input may use, however short: a picture of one colour unpacks to 16 million samples.
-const FREE: usize = 512 << 20;
-/// Bytes that each byte of input may use: deflate packs 1032 samples into one.
-const PER_BYTE: usize = 16 << 10;
+/// Memory in bytes that an input may use.
+#[derive(Clone, Copy, Debug)]
+pub struct Budget {
+    /// However short it is.
+    free: usize,
+    /// For each of its bytes.
+    per_byte: usize,
+}
+
+impl Budget {
+    /// For text and meshes, where a byte is no more than a few numbers.
+    pub const TEXT: Self = Self {
+        free: 32 << 20,
+        per_byte: 1 << 10,
+    };
+
+    /// For scenes, where a few bytes may be a triangle that is subdivided.
+    pub const SCENE: Self = Self {
+        free: 256 << 20,
+        per_byte: 4 << 10,
+    };
+
+    /// For pictures: one of a single colour unpacks to 16 million samples, and deflate packs 1032 samples into a byte.
+    pub const PICTURE: Self = Self {
+        free: 512 << 20,
+        per_byte: 16 << 10,
+    };
+}
 
 /// Runs an entry point in memory bounded by the length of its input. What needs more fails to allocate, which aborts.
-pub fn run(entry: fn(&[u8]), bytes: &[u8]) {
-    let limit = ALLOCATOR.allocated() + FREE + PER_BYTE * bytes.len();
+pub fn run(budget: Budget, entry: fn(&[u8]), bytes: &[u8]) {
+    let limit = ALLOCATOR.allocated() + budget.free + budget.per_byte * bytes.len();
     ALLOCATOR
         .set_limit(limit)
         .expect("less is in use than is allowed");

@@ -152,6 +152,8 @@ struct Subtree {
 
 /// Builds a hierarchy.
 pub(super) fn build(mut items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3] + Sync) -> Built {
+    // A leaf holds an item at least: neither packets nor slots nor nodes run out of indices.
+    assert!(items.len() <= Child::MAX_INDEX, "callers count their items");
     items.retain(|item| !item.bounds().is_empty());
     let root = Part::of(&items, 0);
     let mut tree = Subtree::default();
@@ -163,10 +165,6 @@ pub(super) fn build(mut items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3]
             tree.nodes.push(node);
         }
     }
-    assert!(
-        tree.packets.len().max(tree.slots.len()) <= Child::MAX_INDEX,
-        "there are more than a thousand million triangles"
-    );
     let pack = |&(start, len): &(u32, u32)| {
         let items = &items[start as usize..][..len as usize];
         Packet::new(items.iter().map(|item| (item.key(), corners(item.key()))))

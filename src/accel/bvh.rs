@@ -54,8 +54,12 @@ impl<H> Nearest<H> {
 }
 
 impl Bvh {
-    /// Builds over items; `corners` tells those of a triangle by its key. Items with empty boxes are left out.
-    /// Terminates and stays shallow for any input. The result does not depend on the number of threads.
+    /// Most items of a hierarchy.
+    pub const MAX_ITEMS: usize = Child::MAX_INDEX;
+
+    /// Builds over items, [`Bvh::MAX_ITEMS`] at most; `corners` tells those of a triangle by its key. Items with empty
+    /// boxes are left out. Terminates and stays shallow for any input. The result does not depend on the number of
+    /// threads.
     pub fn build(items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3] + Sync) -> Self {
         let Built {
             nodes,

@@ -10,6 +10,7 @@ use tyndall_parser::source::{SourceBytes, Sources, Spanned};
 use tyndall_parser::{FileId, LoadError, Loaded, Loader};
 
 use super::plan::Input;
+use super::resources;
 use crate::compile::Assets;
 
 /// What diagnostics call standard input.
@@ -34,7 +35,7 @@ impl Files {
             Input::Stdin => (STDIN.to_owned(), PathBuf::new(), read_stdin()),
             Input::File(path) => {
                 let directory = path.parent().map(Path::to_owned).unwrap_or_default();
-                (path.display().to_string(), directory, read(path))
+                (path.display().to_string(), directory, read_scene(path))
             }
         };
         let bytes = bytes.map_err(|error| format!("cannot read \"{name}\": {error}"))?;
@@ -63,7 +64,7 @@ impl Files {
 impl Loader for Files {
     fn load(&self, path: &str, top_level: &str) -> Result<Loaded, LoadError> {
         let path = self.resolve(path, top_level);
-        let bytes = read(&path).map_err(LoadError::new)?;
+        let bytes = read_scene(&path).map_err(LoadError::new)?;
         Ok(Loaded {
             name: path.display().to_string(),
             bytes,
@@ -93,17 +94,40 @@ fn read_stdin() -> Result<SourceBytes, String> {
     Ok(Arc::new(bytes))
 }
 
+/// Reads a scene file. What the parser would refuse for its length is not read.
+fn read_scene(path: &Path) -> Result<SourceBytes, String> {
+    read_up_to(path, TOO_LONG - 1, "a scene file may have 4 GiB")
+}
+
 /// Reads a file that a scene or a command line names. Devices and pipes, which may never end, are refused: what comes out
-/// of a pipe is read from standard input.
+/// of a pipe is read from standard input. So is what has no room in memory, before it is read: holes in a file cost
+/// nothing, so that any length can be claimed.
 pub(super) fn read(path: &Path) -> Result<SourceBytes, String> {
+    let room = resources::memory_left().unwrap_or(u64::MAX);
+    read_up_to(path, room, "there is not so much memory")
+}
+
+fn read_up_to(path: &Path, most: u64, why: &str) -> Result<SourceBytes, String> {
     let refusal = |error: io::Error| reason(&error);
-    if !std::fs::metadata(path).map_err(refusal)?.is_file() {
+    let metadata = std::fs::metadata(path).map_err(refusal)?;
+    if !metadata.is_file() {
         return Err("it is not a regular file".to_owned());
     }
-    let mut file = File::open(path).map_err(refusal)?;
-    // Read, not mapped: a file that changes while it is mapped would be undefined behaviour.
+    if metadata.len() > most {
+        return Err(format!("it is {} MiB long: {why}", metadata.len() >> 20));
+    }
+    let file = File::open(path).map_err(refusal)?;
+    // Read, not mapped: a file that changes while it is mapped would be undefined behaviour. A file may grow meanwhile,
+    // and some tell no length.
     let mut bytes = Vec::new();
-    file.read_to_end(&mut bytes).map_err(refusal)?;
+    let length = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
+    bytes
+        .try_reserve_exact(length)
+        .map_err(|_| refusal(io::ErrorKind::OutOfMemory.into()))?;
+    let n_read = file.take(most).read_to_end(&mut bytes).map_err(refusal)?;
+    if n_read as u64 == most && most > metadata.len() {
+        return Err(format!("it does not end after {} MiB: {why}", most >> 20));
+    }
     Ok(Arc::new(bytes))
 }
 

@@ -1,4 +1,5 @@
-//! Ctrl-C and SIGTERM: the first stops the rendering and leaves a partial picture, the second ends the program.
+//! Ctrl-C and SIGTERM: the first stops the rendering and leaves a partial picture, the second ends the program. And the
+//! abort that memory ends with.
 
 use std::io::Write;
 use std::sync::Arc;
@@ -54,3 +55,21 @@ impl Interrupt {
         result
     }
 }
+
+/// Makes memory that cannot be had end the program as any other failure does. The standard library says how much was
+/// asked for, and aborts, which would look as if the program had crashed.
+#[cfg(unix)]
+pub(super) fn fail_on_abort() {
+    let always = Arc::new(AtomicBool::new(true));
+    let status = Outcome::Failed.code().into();
+    // Where that is impossible, an abort is an abort.
+    let _ = signal_hook::flag::register_conditional_shutdown(
+        signal_hook::consts::SIGABRT,
+        status,
+        always,
+    );
+}
+
+/// Aborts are left alone.
+#[cfg(not(unix))]
+pub(super) fn fail_on_abort() {}

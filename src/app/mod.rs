@@ -36,6 +36,7 @@ use session::Session;
 
 /// Runs the program with its arguments, program name included, and returns the exit status.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
+    interrupt::fail_on_abort();
     let run = |command| match command {
         Command::Scene(args) => Plan::new(args).map(|plan| carry_out(&plan).code()),
         Command::Compare(args) => Ok(compare::run(args).code()),

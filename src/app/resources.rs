@@ -35,9 +35,11 @@ fn usage() -> Option<(f64, u64)> {
     None
 }
 
-/// Memory of the machine in bytes; `None` where unknown.
+/// Memory that this process may still ask for, in bytes: that of the machine, or what a limit on its address space
+/// leaves of it; `None` where unknown. Other processes are not asked.
 #[cfg(target_os = "linux")]
-pub(super) fn machine_memory() -> Option<u64> {
+pub(super) fn memory_left() -> Option<u64> {
+    use nix::sys::resource::{RLIM_INFINITY, Resource, getrlimit};
     use nix::unistd::{SysconfVar, sysconf};
 
     let value = |name| {
@@ -46,11 +48,20 @@ pub(super) fn machine_memory() -> Option<u64> {
             .flatten()
             .and_then(|n| u64::try_from(n).ok())
     };
-    value(SysconfVar::_PHYS_PAGES)?.checked_mul(value(SysconfVar::PAGE_SIZE)?)
+    let page = value(SysconfVar::PAGE_SIZE)?;
+    let memory = value(SysconfVar::_PHYS_PAGES)?.checked_mul(page)?;
+    let (limit, _) = getrlimit(Resource::RLIMIT_AS).ok()?;
+    if limit == RLIM_INFINITY {
+        return Some(memory);
+    }
+    // The first number is the address space in pages.
+    let statm = std::fs::read_to_string("/proc/self/statm").ok()?;
+    let taken = statm.split(' ').next()?.parse::<u64>().ok()? * page;
+    Some(memory.min(limit.saturating_sub(taken)))
 }
 
-/// Memory of the machine in bytes; `None` where unknown.
+/// Memory that this process may still ask for, in bytes; `None` where unknown.
 #[cfg(not(target_os = "linux"))]
-pub(super) fn machine_memory() -> Option<u64> {
+pub(super) fn memory_left() -> Option<u64> {
     None
 }

@@ -24,6 +24,10 @@ use load::{LocalObject, LocalShape};
 pub(super) use surface::Builders;
 use surface::Surface;
 
+/// Lights from which on no instance adds another: lamps and instances multiply, so that a short scene may ask for any
+/// number. This many take about a gigabyte.
+const MAX_COPIED_LIGHTS: usize = 1 << 21;
+
 impl Loaded {
     /// Moves everything to render space and attaches what belongs to the surfaces.
     pub(super) fn place(
@@ -85,11 +89,22 @@ impl LocalObject {
             let emits = surface.emission.is_some();
             match shape.still() {
                 Some(definition) if all_still && (only_one || emits) => {
-                    for placement in placements {
+                    for (n_placed, placement) in placements.iter().enumerate() {
+                        let entity = &shape.entity;
+                        if emits && n_placed > 0 && parts.lights.len() >= MAX_COPIED_LIGHTS {
+                            let n_left = placements.len() - n_placed;
+                            let message = format!(
+                                "instances make more than {MAX_COPIED_LIGHTS} lights, each of them a light by itself"
+                            );
+                            diagnostics.push(
+                                Diagnostic::error("too-many-lights", entity.entity.span, message)
+                                    .with_label(format!("{n_left} copies are left out")),
+                            );
+                            break;
+                        }
                         let [instance, _] = placement.ends();
                         let transform = space.place(&instance.compose(definition));
                         let local = shape.local.clone();
-                        let entity = &shape.entity;
                         let placed =
                             placed(local, entity, Some(definition), &transform, Some(&instance));
                         add(parts, placed, surface, entity, diagnostics);

@@ -10,7 +10,7 @@ use crate::compile::media::Media;
 use crate::compile::reader::ParamReader;
 use crate::compile::space::{self, RenderSpace};
 use crate::compile::textures::read_image;
-use crate::compile::{lookup, spectra};
+use crate::compile::{lookup, ray_count, spectra};
 use crate::describe::description::{Entity, Frame, LightEntity};
 use crate::ids::{LightId, MediumId};
 use crate::image::Image;
@@ -81,8 +81,12 @@ pub(super) fn radiance(
 /// How often `directlighting` samples a light that has an extent.
 pub(super) fn n_samples(family: Family, entity: &Entity, diagnostics: &mut Diagnostics) -> u32 {
     let plugin = family.lookup(&entity.kind).ok();
-    let count = plugin.map(|plugin| ParamReader::new(plugin, entity, diagnostics).int("samples"));
-    count.map_or(1, |n| u32::try_from(n).unwrap_or(1).max(1))
+    plugin.map_or(1, |plugin| {
+        ray_count(
+            &mut ParamReader::new(plugin, entity, diagnostics),
+            "samples",
+        )
+    })
 }
 
 /// What stands for a light that cannot be had.

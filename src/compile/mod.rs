@@ -21,8 +21,10 @@ mod textures;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::schema::{Family, PluginRef};
-use tyndall_parser::source::Spanned;
+use tyndall_parser::source::{Span, Spanned};
 
+use crate::accel::Bvh;
+use crate::compile::reader::ParamReader;
 use crate::describe::description::Frame;
 use crate::ids::MediumId;
 use crate::image::PixelRect;
@@ -31,6 +33,9 @@ use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
+
+/// Most rays that one point of a surface sends for one purpose: nothing stops the rendering between them.
+const MAX_RAYS: u32 = 4096;
 
 /// What the command line changes about a scene.
 #[derive(Clone, Debug, Default)]
@@ -122,6 +127,7 @@ fn build(
         ..WorldParts::default()
     };
     loaded.place(frame, &space, &mut builders, &mut parts, diagnostics);
+    fit_in_hierarchies(&parts, frame.span, diagnostics)?;
     parts.camera_medium = match frame.camera.medium {
         Some(medium) => builders.media.id(medium, diagnostics),
         None => MediumId::NONE,
@@ -211,6 +217,42 @@ fn build(
     })
 }
 
+/// Refuses more shapes than a hierarchy has numbers for.
+fn fit_in_hierarchies(
+    parts: &WorldParts,
+    frame: Span,
+    diagnostics: &mut Diagnostics,
+) -> Option<()> {
+    let (n_items, most) = (parts.items_of_largest_hierarchy(), Bvh::MAX_ITEMS);
+    if n_items <= most {
+        return Some(());
+    }
+    let message = format!(
+        "{n_items} triangles, other shapes and instances are in one place; {most} are the most"
+    );
+    diagnostics.push(
+        Diagnostic::fatal("too-many-shapes", frame, message)
+            .with_label("nothing is rendered")
+            .with_help(
+                "what is made an object and placed as an instance, twice or more, counts by itself",
+            ),
+    );
+    None
+}
+
+/// The number of rays that a parameter asks for, within bounds.
+fn ray_count(p: &mut ParamReader, name: &str) -> u32 {
+    let wanted = u32::try_from(p.int(name)).unwrap_or(1).max(1);
+    if wanted > MAX_RAYS {
+        let message = format!("{wanted} rays from one point are too many: {MAX_RAYS} are sent");
+        p.report(
+            Diagnostic::warning("many-samples", p.span(name), message)
+                .with_help("samples of the pixel find the same light"),
+        );
+    }
+    wanted.min(MAX_RAYS)
+}
+
 /// Looks up a plugin. Where pbrt-v3 goes on without it, so do we, with an error.
 fn lookup(
     family: Family,
@@ -230,7 +272,48 @@ fn lookup(
 }
 
 /// Reports a plugin or feature that this version does not have.
-fn unsupported(what: &str, span: tyndall_parser::source::Span, instead: &str) -> Diagnostic {
+fn unsupported(what: &str, span: Span, instead: &str) -> Diagnostic {
     Diagnostic::error("unsupported", span, format!("{what} is not supported yet"))
         .with_label(instead)
+}
+
+#[cfg(test)]
+mod tests {
+    use tyndall_parser::source::Sources;
+
+    use super::*;
+    use crate::ids::{LightId, MaterialId, ObjectId};
+    use crate::shape::{Mesh, Shape};
+    use crate::world::{Cutout, Geometry};
+
+    #[test]
+    fn more_triangles_than_a_hierarchy_has_numbers_for_are_a_located_error() {
+        // Memory of zeros that nobody reads costs nothing.
+        let triangles = |n| Geometry {
+            shape: Shape::Mesh(Mesh {
+                triangles: vec![[0; 3]; n],
+                ..Mesh::default()
+            }),
+            material: MaterialId::NONE,
+            media: None,
+            cutout: Cutout::default(),
+            first_light: LightId::NONE,
+            object: ObjectId::NONE,
+        };
+        let span = Span::new(Sources::new().add_text("scene", "WorldBegin"), 0, 10);
+        let half = Bvh::MAX_ITEMS / 2;
+        let mut parts = WorldParts {
+            geometries: vec![triangles(half), triangles(half)],
+            n_objects: 1,
+            ..WorldParts::default()
+        };
+        let mut found = Diagnostics::default();
+        assert!(fit_in_hierarchies(&parts, span, &mut found).is_some());
+        parts.geometries.push(triangles(1));
+        assert!(fit_in_hierarchies(&parts, span, &mut found).is_none());
+        assert!(found.has_fatal() && found.list[0].span == Some(span));
+        // In an object it is alone.
+        parts.geometries[2].object = ObjectId::new(0);
+        assert!(fit_in_hierarchies(&parts, span, &mut found).is_some());
+    }
 }

@@ -4,7 +4,7 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
 use crate::compile::reader::ParamReader;
-use crate::compile::{CompileOptions, lookup};
+use crate::compile::{CompileOptions, lookup, ray_count};
 use crate::describe::description::Frame;
 use crate::film::{Film, FilmDesc, Filter, FilterTable};
 use crate::image::PixelRect;
@@ -181,6 +181,11 @@ pub(super) fn samples(
     let (cells, jitter, mut spp) = if name == "stratified" {
         let [x, y] = ["xsamples", "ysamples"].map(|side| p.int(side));
         let cells = [x, y].map(at_least_1);
+        if x.checked_mul(y).is_none() {
+            let span = p.span("xsamples");
+            let message = format!("{x} by {y} samples are too many: {} are taken", i32::MAX);
+            p.report(Diagnostic::warning("many-samples", span, message));
+        }
         (cells, p.bool("jitter"), at_least_1(x.saturating_mul(y)))
     } else {
         ([1; 2], true, at_least_1(p.int("pixelsamples")))
@@ -281,7 +286,7 @@ pub(super) fn integrator(
             },
         }),
         "ambientocclusion" => Integrator::AmbientOcclusion(AmbientOcclusion {
-            n_samples: count(p.int("nsamples")).max(1),
+            n_samples: ray_count(&mut p, "nsamples"),
             by_cosine: p.bool("cossample"),
         }),
         _ => {

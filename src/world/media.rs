@@ -185,3 +185,52 @@ impl World {
         Rgb::BLACK
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::{LightId, MaterialId, ObjectId};
+    use crate::math::Transform;
+    use crate::shape::quadric::{Form, Sphere};
+    use crate::shape::{Quadric, Shape};
+    use crate::world::{Cutout, Geometry, Receiver, WorldParts};
+
+    #[test]
+    fn v19_shadow_rays_that_cross_more_than_there_is_are_black_and_counted() {
+        let sphere = Sphere::new(1.0, -1.0, 1.0, std::f64::consts::TAU);
+        let shell = Geometry {
+            shape: Shape::Quadric(Quadric::new(
+                Form::Sphere(sphere),
+                Transform::IDENTITY,
+                false,
+            )),
+            material: MaterialId::NONE,
+            media: None,
+            cutout: Cutout::default(),
+            first_light: LightId::NONE,
+            object: ObjectId::NONE,
+        };
+        let mut world = World::new(WorldParts {
+            geometries: vec![shell],
+            ..WorldParts::default()
+        });
+        let eye = Receiver {
+            p: Point3::new(0.0, 0.1, -3.0),
+            p_err: Vec3::ZERO,
+            ng: Normal3::ZERO,
+            time: 0.0,
+        };
+        let segment = Segment::to_infinity(&eye, Vec3::new(0.0, 0.0, 1.0));
+        let mut rng = Rng::new(0);
+        let mut tally = ShadowTally::default();
+        let mut tr = |world: &World, tally: &mut ShadowTally| {
+            world.transmittance_along(&segment, MediumId::NONE, &mut rng, tally)
+        };
+        assert_eq!(tr(&world, &mut tally), Rgb::ONE);
+        assert_eq!((tally.rays, tally.stuck), (3, 0));
+        // No straight ray meets more surfaces than there are; so the world has to be wrong about their number.
+        world.n_elements = 0;
+        assert_eq!(tr(&world, &mut tally), Rgb::BLACK);
+        assert_eq!((tally.rays, tally.stuck), (4, 1));
+    }
+}

@@ -117,6 +117,24 @@ pub struct WorldParts {
     pub light_strategy: LightStrategy,
 }
 
+impl WorldParts {
+    /// Items of the largest hierarchy, that of the world or of an object: elements of shapes, and placed objects.
+    /// [`Bvh::MAX_ITEMS`] is the most there may be.
+    pub fn items_of_largest_hierarchy(&self) -> usize {
+        let mut of_objects = vec![0; self.n_objects];
+        let mut of_world = self.instances.len();
+        for geometry in &self.geometries {
+            let n_items = if geometry.object.is_some() {
+                &mut of_objects[geometry.object.index()]
+            } else {
+                &mut of_world
+            };
+            *n_items += geometry.shape.n_elements();
+        }
+        of_objects.into_iter().fold(of_world, usize::max)
+    }
+}
+
 /// The frozen scene.
 #[derive(Clone, Debug)]
 pub struct World {
@@ -144,7 +162,7 @@ pub struct World {
 }
 
 impl World {
-    /// Builds the hierarchy and establishes the facts.
+    /// Builds the hierarchies, none of more than [`Bvh::MAX_ITEMS`] items, and establishes the facts.
     pub fn new(parts: WorldParts) -> Self {
         let objects = Object::build_all(&parts.geometries, parts.n_objects);
         let stands = |&index: &usize| !parts.geometries[index].object.is_some();

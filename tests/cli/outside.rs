@@ -1,7 +1,9 @@
 //! Signals, pipes and terminals.
 
-use std::io::{BufRead, BufReader};
-use std::process::{Command, Stdio};
+use std::fs::File;
+use std::io::{BufRead, BufReader, Write};
+use std::process::{Child, ChildStderr, Command, Stdio};
+use std::time::Duration;
 
 use crate::room::{Room, Run, ball, ball_without_its_mesh};
 
@@ -30,12 +32,12 @@ fn a_reader_that_has_seen_enough_is_no_error() {
     );
 }
 
-/// Renders `ball.pbrt` until a signal comes, shortly after it has started, and asserts that what it leaves says so.
+/// Starts the program and waits until it renders.
 #[cfg(unix)]
 #[track_caller]
-fn interrupt(room: &Room, signal: &str) {
+fn start(room: &Room, line: &str) -> (Child, BufReader<ChildStderr>) {
     let mut child = room
-        .command("--verbose --json r.json ball.pbrt")
+        .command(line)
         .stderr(Stdio::piped())
         .spawn()
         .expect("the program starts");
@@ -48,12 +50,35 @@ fn interrupt(room: &Room, signal: &str) {
             "it never started to render"
         );
     }
-    // Some blocks are to be finished: the picture must hold them.
-    std::thread::sleep(std::time::Duration::from_millis(300));
-    let kill = Command::new("sh")
-        .args(["-c", &format!("kill -{signal} {}", child.id())])
-        .status();
+    (child, stderr)
+}
+
+#[cfg(unix)]
+fn send(child: &Child, signals: &[&str]) {
+    let id = child.id();
+    let lines: Vec<String> = signals
+        .iter()
+        .map(|signal| format!("kill -{signal} {id}"))
+        .collect();
+    let kill = Command::new("sh").args(["-c", &lines.join("; ")]).status();
     assert!(kill.expect("a shell").success());
+}
+
+/// More than anyone waits for.
+#[cfg(unix)]
+fn endless() -> String {
+    let spp = "\"integer pixelsamples\" 100000000";
+    ball("\"integer pixelsamples\" 4", spp)
+}
+
+/// Renders `ball.pbrt` until a signal comes, shortly after it has started, and asserts that what it leaves says so.
+#[cfg(unix)]
+#[track_caller]
+fn interrupt(room: &Room, signal: &str) {
+    let (mut child, stderr) = start(room, "--verbose --json r.json ball.pbrt");
+    // Some blocks are to be finished: the picture must hold them.
+    std::thread::sleep(Duration::from_millis(300));
+    send(&child, &[signal]);
     let rest: Vec<String> = stderr.lines().map(|line| line.expect("text")).collect();
     let code = child.wait().expect("it ends").code();
     assert_eq!(code, Some(130), "{rest:#?}");
@@ -72,8 +97,7 @@ fn interrupt(room: &Room, signal: &str) {
 #[cfg(unix)]
 fn a_signal_leaves_a_partial_picture_that_says_so() {
     let room = Room::new();
-    let spp = "\"integer pixelsamples\" 100000000";
-    room.put("ball.pbrt", &ball("\"integer pixelsamples\" 4", spp));
+    room.put("ball.pbrt", &endless());
     for signal in ["INT", "TERM"] {
         interrupt(&room, signal);
         assert_eq!(room.picture("ball.exr").image.pixel(0, 0), [1.0, 1.0, 1.0]);
@@ -94,6 +118,156 @@ fn a_signal_stops_metropolis_while_it_looks_for_light_and_in_a_chain() {
         let picture = room.picture("ball.exr").image;
         assert_eq!((picture.width(), picture.height()), (64, 48));
     }
+}
+
+#[test]
+#[cfg(unix)]
+fn a_program_that_is_killed_leaves_the_old_picture_and_nothing_else() {
+    let room = Room::new();
+    room.put("ball.pbrt", &endless());
+    room.put("ball.exr", "the old picture");
+    let (mut child, _stderr) = start(&room, "--verbose ball.pbrt");
+    send(&child, &["KILL"]);
+    assert_eq!(child.wait().expect("it ends").code(), None);
+    assert_eq!(room.read("ball.exr"), b"the old picture");
+    assert_eq!(room.list(), ["ball.exr", "ball.pbrt"]);
+}
+
+#[test]
+#[cfg(unix)]
+fn two_signals_leave_the_old_picture_or_a_whole_one() {
+    let room = Room::new();
+    room.put("ball.pbrt", &endless());
+    for _ in 0..8 {
+        room.put("ball.exr", "the old picture");
+        let (mut child, stderr) = start(&room, "--verbose ball.pbrt");
+        send(&child, &["INT", "TERM"]);
+        let rest: Vec<String> = stderr.lines().map(|line| line.expect("text")).collect();
+        assert_eq!(
+            child.wait().expect("it ends").code(),
+            Some(130),
+            "{rest:#?}"
+        );
+        if room.read("ball.exr") != b"the old picture" {
+            let why = room.attribute("ball.exr", "tyndall/incomplete");
+            assert_eq!(why.as_deref(), Some("interrupted"));
+        }
+    }
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_signal_before_there_is_anything_to_save_ends_the_program() {
+    let room = Room::new();
+    room.put("ball.exr", "the old picture");
+    // It waits for the rest of its scene.
+    let mut child = room
+        .command("-")
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    const TERM: u32 = 15;
+    let listens = || {
+        let status = std::fs::read_to_string(format!("/proc/{}/status", child.id()));
+        let status = status.expect("it runs");
+        let caught = status.lines().find_map(|line| line.strip_prefix("SigCgt:"));
+        let caught = u64::from_str_radix(caught.expect("signals").trim(), 16).expect("a mask");
+        caught >> (TERM - 1) & 1 == 1
+    };
+    while !listens() {
+        std::thread::sleep(Duration::from_millis(5));
+    }
+    // Waiting would close it: that is the end of the scene.
+    let _stdin = child.stdin.take();
+    send(&child, &["TERM"]);
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    assert_eq!(room.read("ball.exr"), b"the old picture");
+}
+
+#[test]
+#[cfg(unix)]
+fn a_directory_that_vanishes_while_rendering_is_told() {
+    let room = Room::new();
+    room.put("out/old.txt", "");
+    room.put("ball.pbrt", &endless());
+    let (mut child, stderr) = start(&room, "--verbose --outfile out/ball.exr ball.pbrt");
+    std::fs::remove_dir_all(room.path("out")).expect("a directory");
+    send(&child, &["INT"]);
+    let rest: Vec<String> = stderr.lines().map(|line| line.expect("text")).collect();
+    assert_eq!(child.wait().expect("it ends").code(), Some(130));
+    let why = "fatal[unwritable-output]: cannot write \"out/ball.exr\": No such file or directory";
+    assert!(rest.iter().any(|line| line.starts_with(why)), "{rest:#?}");
+    assert_eq!(room.list(), ["ball.pbrt"]);
+}
+
+#[test]
+fn a_file_that_vanishes_between_parsing_and_loading_is_told_at_its_place() {
+    let room = Room::new();
+    let scene = ball_without_its_mesh();
+    room.put("gone.ply", "ply");
+    let mut child = room
+        .command("-")
+        .stdin(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("the program starts");
+    let mut stdin = child.stdin.take().expect("a pipe");
+    let (start, end) = scene.split_once("WorldEnd").expect("a world");
+    stdin.write_all(start.as_bytes()).expect("it is read");
+    std::fs::remove_file(room.path("gone.ply")).expect("a file");
+    stdin
+        .write_all(format!("WorldEnd{end}").as_bytes())
+        .expect("it is read");
+    drop(stdin);
+    let run = Run::new(child.wait_with_output().expect("it ends")).ends_with(3);
+    run.says("error[missing-file]").says(" --> <stdin>:10:35\n");
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_full_disk_is_told_wherever_something_is_written() {
+    let room = Room::new();
+    let full = || {
+        File::options()
+            .write(true)
+            .open("/dev/full")
+            .expect("a device")
+    };
+    let no_space = "No space left on device";
+    for line in ["--cat ball.pbrt", "--json - ball.pbrt"] {
+        let output = room.command(line).stdout(full()).output();
+        let run = Run::new(output.expect("the program starts")).ends_with(1);
+        run.says("cannot write to standard output").says(no_space);
+    }
+    let run = room.run("--json /dev/full ball.pbrt").ends_with(1);
+    run.says("cannot write \"/dev/full\"").says(no_space);
+    // The picture was written before.
+    assert_eq!(room.picture("ball.exr").image.width(), 64);
+    std::os::unix::fs::symlink("/dev/full", room.path("full.exr")).expect("a link");
+    let run = room.run("--outfile full.exr ball.pbrt").ends_with(1);
+    run.says("cannot write \"full.exr\"").says(no_space);
+    // Nobody can be told where standard error is full; the picture is there all the same.
+    std::fs::remove_file(room.path("ball.exr")).expect("a file");
+    let status = room.command("ball.pbrt").stderr(full()).status();
+    assert_eq!(status.expect("the program starts").code(), Some(0));
+    assert_eq!(room.picture("ball.exr").image.width(), 64);
+}
+
+#[test]
+#[cfg(target_os = "linux")]
+fn a_directory_without_room_for_files_is_told_before_rendering() {
+    let room = Room::new();
+    // Not even who may do anything makes files there.
+    let report = room.report("--outfile /proc/ball.exr ball.pbrt");
+    assert_eq!(report["exit_code"], 1);
+    assert!(report["pictures"][0]["render"].is_null());
+    room.run("--outfile /proc/ball.exr ball.pbrt")
+        .ends_with(1)
+        .says("fatal[unwritable-output]: cannot write \"/proc/ball.exr\": ");
+    room.run("--json /proc/r.json ball.pbrt")
+        .ends_with(1)
+        .says("fatal: cannot write \"/proc/r.json\": ");
 }
 
 #[test]

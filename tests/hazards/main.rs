@@ -13,6 +13,7 @@ mod seen;
 mod solids;
 
 mod geometry;
+mod hostile;
 mod input;
 mod lights;
 mod loaded;

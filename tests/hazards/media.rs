@@ -81,6 +81,56 @@ fn v03_a_camera_in_a_medium_that_is_not_declared_is_told_and_rendered_as_declare
 }
 
 #[test]
+fn v03_a_lamp_whose_medium_the_boundaries_contradict_is_told_where_paths_start_at_it() {
+    let fog = homogeneous("fog", [0.2; 3], NOTHING, 0.0);
+    let lamp = "LightSource \"point\" \"point from\" [0 0 5]\n";
+    let ball = null_sphere([0.0, 0.0, 5.0], 1.0, "fog", "");
+    let found = |integrator: &str, world: &str| {
+        let scene = volpath(5, NOTHING, AHEAD, world);
+        assert!(scene.contains("\"volpath\""));
+        load(&one_pixel(&scene.replace("\"volpath\"", integrator)), None).1
+    };
+    // Declared outside by the state in force where it stands, and the boundaries say fog.
+    let undeclared = fog.clone() + lamp + &ball;
+    let declared = fog.clone()
+        + "AttributeBegin MediumInterface \"\" \"fog\"\n"
+        + lamp
+        + "AttributeEnd\n"
+        + &ball;
+    for integrator in ["\"bdpt\"", "\"mlt\" \"integer bootstrapsamples\" 100"] {
+        let findings = found(integrator, &undeclared);
+        let [finding] = &findings[..] else {
+            panic!("{integrator}: {findings:?}");
+        };
+        assert_eq!(finding.code, "surroundings");
+        assert!(finding.is_located && !finding.is_error, "{finding:?}");
+        let message = &finding.message;
+        assert!(
+            message.contains("the light")
+                && message.contains("\"fog\"")
+                && message.contains("no medium"),
+            "{message}"
+        );
+        let findings = found(integrator, &declared);
+        assert!(findings.is_empty(), "{integrator}: {findings:?}");
+    }
+    // Paths from the camera arrive at the lamp in the medium that they are in.
+    let findings = found("\"volpath\"", &undeclared);
+    assert!(findings.is_empty(), "{findings:?}");
+    // And the other way round: declared in fog where there is none.
+    let nowhere = fog
+        + "AttributeBegin MediumInterface \"\" \"fog\"\nLightSource \"point\" \"point from\" [3 0 5]\nAttributeEnd\n"
+        + &ball;
+    let findings = found("\"bdpt\"", &nowhere);
+    assert!(
+        findings
+            .iter()
+            .any(|f| f.code == "surroundings" && f.message.contains("the light")),
+        "{findings:?}"
+    );
+}
+
+#[test]
 fn v04_overlapping_media_are_those_of_the_boundaries_crossed_last_and_are_counted() {
     // Two balls of one fog overlap: 1 + 1 + 1 along the axis. Leaving the first, pbrt-v3 is in vacuum.
     let balls = |order: [f64; 2]| {

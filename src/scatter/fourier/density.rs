@@ -156,7 +156,8 @@ impl Density {
         Some((mu_i, sign * phi))
     }
 
-    /// The nodes around `mu_o` with their weights, and the integral of the row between them; `None` if that is 0.
+    /// The nodes around `mu_o` with their weights, and the integral of the row between them; `None` if that is 0 or so
+    /// small beside the greatest value, 1, that densities might overflow.
     fn rows_at(&self, mu: &[f32], mu_o: f32) -> Option<([(usize, f32); 2], f32)> {
         let n = mu.len();
         if !(mu_o >= mu[0] && mu_o <= mu[n - 1]) {
@@ -168,7 +169,7 @@ impl Density {
             .iter()
             .map(|(o, weight)| weight * self.row_total(n, *o))
             .sum();
-        (total > 0.0).then_some((rows, total))
+        (total >= f32::MIN_POSITIVE).then_some((rows, total))
     }
 
     fn row_total(&self, n: usize, o: usize) -> f32 {

@@ -10,6 +10,13 @@ use super::{Place, PlyError};
 /// The properties of one item, in the order of the declaration, which is the order in which ply-rs reads them.
 struct Item(Vec<Property>);
 
+impl Item {
+    /// Words of its line in ASCII.
+    fn n_words(&self) -> usize {
+        self.0.iter().map(|property| 1 + list(property).len()).sum()
+    }
+}
+
 impl PropertyAccess for Item {
     fn new() -> Self {
         Self(Vec::new())
@@ -72,6 +79,13 @@ pub(super) fn read_ascii(
         line += 1;
         if !text.is_empty() {
             let item = parser.read_ascii_element(text, &element.def);
+            // ply-rs looks no further than it has to; the next item would begin in this line.
+            if item
+                .as_ref()
+                .is_ok_and(|item| item.n_words() < text.split_whitespace().count())
+            {
+                return Err(PlyError::invalid(place, "more than one item in a line"));
+            }
             add(element, item, index, place, builder)?;
             index += 1;
         }
@@ -136,7 +150,7 @@ fn number(property: &Property) -> f64 {
     }
 }
 
-/// A list of any type as numbers; the header was checked to declare no scalar here.
+/// A list of any type as numbers; empty for a scalar.
 fn list(property: &Property) -> Vec<f64> {
     fn wide<T: Copy + Into<f64>>(items: &[T]) -> Vec<f64> {
         items.iter().map(|&item| item.into()).collect()
