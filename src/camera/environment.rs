@@ -40,14 +40,20 @@ impl Environment {
         1.0 / (TAU * PI * d.x.hypot(d.z))
     }
 
-    /// Where on the film light from `p` arrives.
+    /// Where on the film light from `p` arrives; by rounding, on its right or lower edge.
     #[inline]
-    pub fn arrival(&self, p: DVec3) -> Option<[f64; 2]> {
+    pub fn arrival(&self, p: DVec3) -> [f64; 2] {
         let phi = p.z.atan2(p.x).rem_euclid(TAU);
         let theta = p.x.hypot(p.z).atan2(p.y);
-        let raster = [phi / self.step[0], theta / self.step[1]];
-        let is_inside = raster[0] < self.resolution[0] && raster[1] < self.resolution[1];
-        is_inside.then_some(raster)
+        [phi / self.step[0], theta / self.step[1]]
+    }
+
+    /// Whether a raster position is in the full frame.
+    #[inline]
+    pub fn frames(&self, raster: [f64; 2]) -> bool {
+        [0, 1]
+            .iter()
+            .all(|&axis| (0.0..self.resolution[axis]).contains(&raster[axis]))
     }
 
     /// The ray of a raster position. Beyond the frame the angles go on: over a pole, or once more around.

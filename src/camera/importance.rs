@@ -12,8 +12,10 @@ use crate::math::{Point3, Ray, Vec3};
 pub struct Arrival {
     /// The point of the lens it falls on, in render space.
     pub p: Point3,
-    /// Where it arrives, in raster space, within the full frame.
+    /// Where it arrives, in raster space: in the full frame or beside it.
     pub raster: [f64; 2],
+    /// It is in the full frame.
+    pub in_frame: bool,
     /// Importance per solid angle of render space at `p`: the density of the ray from there.
     pub pdf_w: f64,
 }
@@ -43,14 +45,18 @@ impl Camera {
         pdf_w / (placed.determinant().abs() * length * length * length)
     }
 
-    /// Chooses a point of the lens by `u_lens` for light from `p`. `None` if it does not arrive in the full frame.
+    /// Chooses a point of the lens by `u_lens` for light from `p`. `None` if it does not arrive on the plane of the film.
     pub fn sample_arrival(&self, p: Point3, u_lens: [f32; 2], time: f32) -> Option<Arrival> {
         let placed = self.placed_at(time);
         let local = placed.inverse().point(p.to_f64());
-        let (on_lens, raster) = match &self.projection {
-            Projection::Perspective(perspective) => perspective.arrival(local, u_lens)?,
+        let (on_lens, raster, in_frame) = match &self.projection {
+            Projection::Perspective(perspective) => {
+                let (on_lens, raster) = perspective.arrival(local, u_lens)?;
+                (on_lens, raster, perspective.frames(raster))
+            }
             Projection::Environment(environment) => {
-                (glam::DVec3::ZERO, environment.arrival(local)?)
+                let raster = environment.arrival(local);
+                (glam::DVec3::ZERO, raster, environment.frames(raster))
             }
             Projection::Orthographic(_) | Projection::Realistic(_) => return None,
         };
@@ -64,6 +70,7 @@ impl Camera {
         (pdf_w > 0.0 && pdf_w.is_finite()).then_some(Arrival {
             p: on_lens,
             raster,
+            in_frame,
             pdf_w,
         })
     }

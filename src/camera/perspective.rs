@@ -57,8 +57,14 @@ impl Perspective {
         1.0 / (self.screen.area() * d.z * d.z * d.z)
     }
 
-    /// The point of the lens that `u_lens` chooses, and where on the film light from `p` that falls on it arrives.
-    /// `None` if that is outside the full frame.
+    /// Whether a raster position is in the full frame.
+    #[inline]
+    pub fn frames(&self, raster: [f64; 2]) -> bool {
+        self.screen.holds(raster)
+    }
+
+    /// The point of the lens that `u_lens` chooses, and where on the film or beside it light from `p` that falls on
+    /// it arrives. `None` behind the camera.
     #[inline]
     pub fn arrival(&self, p: DVec3, u_lens: [f32; 2]) -> Option<(DVec3, [f64; 2])> {
         if !(p.z > 0.0) {
@@ -69,6 +75,6 @@ impl Perspective {
         if self.lens.radius > 0.0 {
             on_screen += on_lens / self.lens.focal_distance;
         }
-        Some((on_lens.extend(0.0), self.screen.raster(on_screen)?))
+        Some((on_lens.extend(0.0), self.screen.raster(on_screen)))
     }
 }

@@ -41,12 +41,17 @@ impl Screen {
         self.corner + self.step * DVec2::from(raster)
     }
 
-    /// Raster position of a screen position, if it is in the full frame.
+    /// Raster position of a screen position, within the full frame or beyond.
     #[inline]
-    pub fn raster(&self, at: DVec2) -> Option<[f64; 2]> {
-        let raster = (at - self.corner) / self.step;
-        let is_inside = raster.cmpge(DVec2::ZERO).all() && raster.cmplt(self.resolution).all();
-        is_inside.then(|| raster.to_array())
+    pub fn raster(&self, at: DVec2) -> [f64; 2] {
+        ((at - self.corner) / self.step).to_array()
+    }
+
+    /// Whether a raster position is in the full frame.
+    #[inline]
+    pub fn holds(&self, raster: [f64; 2]) -> bool {
+        let raster = DVec2::from(raster);
+        raster.cmpge(DVec2::ZERO).all() && raster.cmplt(self.resolution).all()
     }
 
     /// Area of the window.

@@ -150,12 +150,11 @@ impl<'a> Bidirectional<'a> {
         }
         let (radiance, weight) = match job.camera.ray(&camera_sample) {
             Some(CameraRay { ray, weight }) => {
-                let radiance =
-                    tracer.radiance(ray, is_in_frame, &mut sampler, |strategy, found| {
-                        if let Some(strategies) = strategies {
-                            strategies.note(strategy, found);
-                        }
-                    });
+                let radiance = tracer.radiance(ray, &mut sampler, |strategy, found| {
+                    if let Some(strategies) = strategies {
+                        strategies.note(strategy, found);
+                    }
+                });
                 (radiance, weight)
             }
             None => (Rgb::BLACK, 1.0),

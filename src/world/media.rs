@@ -218,6 +218,7 @@ mod tests {
             p: Point3::new(0.0, 0.1, -3.0),
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
+            facing: Normal3::ZERO,
             time: 0.0,
         };
         let segment = Segment::to_infinity(&eye, Vec3::new(0.0, 0.0, 1.0));

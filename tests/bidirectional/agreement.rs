@@ -160,6 +160,19 @@ fn cameras_without_importance_and_all_round_ones_show_the_same() {
     }
 }
 
+#[test]
+fn light_that_comes_to_the_film_counts_once_at_its_border() {
+    // Samples beside the frame count in its outer pixels, light that comes there does not.
+    let camera = "PixelFilter \"box\" \"float xwidth\" 1.5 \"float ywidth\" 1.5\n\
+                  LookAt 0 0 0  0 0 1  0 1 0 Camera \"perspective\" \"float fov\" 40";
+    // Falling off evenly, so that light is nearly the same wherever it comes in a pixel's reach.
+    let wall = "LightSource \"spot\" \"rgb I\" [50 50 50] \"point from\" [0 0 -1] \"point to\" [0 0 4] \
+                \"float coneangle\" 40 \"float conedeltaangle\" 40 Material \"matte\" \"rgb Kd\" [.5 .5 .5]\n\
+                Translate 0 0 4 Shape \"disk\" \"float radius\" 20";
+    compare(job(BDPT, camera, 256, wall), job(PATH, camera, 256, wall))
+        .assert_accepted("a wall through a wide filter");
+}
+
 /// A light that is not in the fog.
 fn in_vacuum(light: &str) -> String {
     format!("AttributeBegin MediumInterface \"\" \"\"\n{light}AttributeEnd\n")

@@ -9,7 +9,7 @@ use crate::light::Light;
 
 impl Tracer<'_> {
     /// The camera path meets a light: no vertex of the light path.
-    pub(super) fn end(&mut self, index: usize, reaches_film: bool) -> Contribution {
+    pub(super) fn end(&mut self, index: usize) -> Contribution {
         let End {
             light,
             n_before,
@@ -33,7 +33,7 @@ impl Tracer<'_> {
             direct: self.direct_density(light, p, ng, before, d),
             emitted,
             is_delta_light: false,
-            reaches_film,
+            reaches_film: self.film.is_some(),
             steadiness: 1.0,
         };
         self.densities.clear();
@@ -49,12 +49,7 @@ impl Tracer<'_> {
     }
 
     /// The last of `t` vertices of the camera path looks for a point on a light.
-    pub(super) fn direct(
-        &mut self,
-        t: usize,
-        reaches_film: bool,
-        numbers: &mut impl Numbers,
-    ) -> Contribution {
+    pub(super) fn direct(&mut self, t: usize, numbers: &mut impl Numbers) -> Contribution {
         let (u_light, u) = (numbers.get_1d_fine(), numbers.get_2d());
         if t >= self.max_depth + 2 || !self.camera_path[t - 1].connects() {
             return Contribution::NONE;
@@ -74,7 +69,7 @@ impl Tracer<'_> {
         }
         let (emitted, other) = self.emission_densities(light, sample.p, sample.ng, vertex, -wi);
         let direct = self.direct_density(light, sample.p, sample.ng, vertex, wi);
-        let steadiness = if t == 2 && reaches_film {
+        let steadiness = if t == 2 {
             self.steadiness(light, vertex, direct)
         } else {
             1.0
@@ -83,7 +78,7 @@ impl Tracer<'_> {
             direct,
             emitted,
             is_delta_light: sample.is_delta,
-            reaches_film,
+            reaches_film: self.film.is_some(),
             steadiness,
         };
         let kind = Kind::of_light(self.world, light);
@@ -120,7 +115,7 @@ impl Tracer<'_> {
     }
 
     /// Joins the last of `s` ≥ 2 vertices of the light path with the last of `t` ≥ 2 of the camera path.
-    pub(super) fn connect(&mut self, s: usize, t: usize, reaches_film: bool) -> Contribution {
+    pub(super) fn connect(&mut self, s: usize, t: usize) -> Contribution {
         let (light, camera) = (&self.light_path[s - 1], &self.camera_path[t - 1]);
         if !light.connects() || !camera.connects() {
             return Contribution::NONE;
@@ -140,7 +135,7 @@ impl Tracer<'_> {
         let light_back = self.light_path[s - 2].density(light.p, light.pdf_w(-wi, light.wo));
         let segment = camera.segment_to(light, self.time);
         let medium = camera.medium_toward(self.world, wi);
-        let ends = self.light_ends(reaches_film);
+        let ends = self.light_ends();
         self.push_light_path(s);
         self.densities[s - 1].camera = to_light;
         self.densities[s - 1].specular = false;
@@ -177,7 +172,9 @@ impl Tracer<'_> {
         if !vertex.connects() {
             return None;
         }
-        let arrival = camera.sample_arrival(vertex.p, u_lens, self.time)?;
+        let arrival = camera
+            .sample_arrival(vertex.p, u_lens, self.time)
+            .filter(|arrival| arrival.in_frame)?;
         let w = (arrival.p - vertex.p).try_normalize()?;
         let found = vertex.beta * vertex.passes_to(w);
         if found.is_black() {
@@ -189,7 +186,7 @@ impl Tracer<'_> {
         let medium = self.world.camera_medium();
         let lens = Vertex::start(Kind::Camera, arrival.p, medium);
         let segment = lens.segment_to(vertex, self.time);
-        let mut ends = self.light_ends(true);
+        let mut ends = self.light_ends();
         if s == 2
             && let Kind::Light(light) | Kind::FarLight(light) = self.light_path[0].kind
         {
@@ -224,7 +221,7 @@ impl Tracer<'_> {
     }
 
     /// What is particular at the ends of paths that start with the first two vertices of the light path.
-    fn light_ends(&self, reaches_film: bool) -> Ends {
+    fn light_ends(&self) -> Ends {
         let (start, next) = (&self.light_path[0], &self.light_path[1]);
         let (emitted, is_delta_light) = match start.kind {
             Kind::Light(light) | Kind::FarLight(light) => {
@@ -240,7 +237,7 @@ impl Tracer<'_> {
             direct: self.light_direct,
             emitted,
             is_delta_light,
-            reaches_film,
+            reaches_film: self.film.is_some(),
             steadiness: 1.0,
         }
     }

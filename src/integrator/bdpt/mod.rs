@@ -209,16 +209,14 @@ impl<'a> Tracer<'a> {
     }
 
     /// Radiance along a camera ray by all strategies but those of [`Tracer::splats`], and in calls of `tell` what each
-    /// of them found. `reaches_film` tells whether those others could find the same paths: the ray's film position is
-    /// in the frame.
+    /// of them found. Beside the frame, where filters reach, paths are weighed as in it, although what light brings there
+    /// is lost: for nothing that it brings to the frame is spread beyond its pixel.
     pub fn radiance(
         &mut self,
         ray: Ray,
-        reaches_film: bool,
         numbers: &mut impl Numbers,
         mut tell: impl FnMut(Strategy, &Contribution),
     ) -> Rgb {
-        let reaches_film = reaches_film && self.film.is_some();
         self.trace_camera_to(self.max_depth + 1, true, ray, numbers);
         let mut radiance = Rgb::BLACK;
         let mut add = |s: usize, t: usize, found: Contribution| {
@@ -226,12 +224,12 @@ impl<'a> Tracer<'a> {
             tell(Strategy { s, t }, &found);
         };
         for i in 0..self.ends.len() {
-            add(0, self.ends[i].n_before + 1, self.end(i, reaches_film));
+            add(0, self.ends[i].n_before + 1, self.end(i));
         }
         for t in 2..=self.camera_path.len() {
-            add(1, t, self.direct(t, reaches_film, numbers));
+            add(1, t, self.direct(t, numbers));
             for s in 2..=self.light_path.len().min(self.max_depth + 2 - t) {
-                add(s, t, self.connect(s, t, reaches_film));
+                add(s, t, self.connect(s, t));
             }
         }
         radiance
@@ -258,21 +256,20 @@ impl Tracer<'_> {
 
     /// Radiance by the strategy with `t` ≥ 2, whose parts have been followed from a film position in the frame.
     pub fn strategy(&mut self, s: usize, t: usize, numbers: &mut impl Numbers) -> Rgb {
-        let reaches_film = self.film.is_some();
         match s {
             0 => {
                 let mut radiance = Rgb::BLACK;
                 for i in 0..self.ends.len() {
                     if self.ends[i].n_before == t - 1 {
-                        radiance += self.end(i, reaches_film).weighted();
+                        radiance += self.end(i).weighted();
                     }
                 }
                 radiance
             }
             _ if self.camera_path.len() < t => Rgb::BLACK,
-            1 => self.direct(t, reaches_film, numbers).weighted(),
+            1 => self.direct(t, numbers).weighted(),
             _ if self.light_path.len() < s => Rgb::BLACK,
-            _ => self.connect(s, t, reaches_film).weighted(),
+            _ => self.connect(s, t).weighted(),
         }
     }
 
@@ -299,7 +296,7 @@ impl Bdpt {
         let mut tracer = Tracer::new(world, &emitters, None, self.max_depth);
         tracer.start(ray.time, sampler.stream().next_u64());
         tracer.trace_light(sampler);
-        let radiance = tracer.radiance(ray, false, sampler, |_, _| ());
+        let radiance = tracer.radiance(ray, sampler, |_, _| ());
         counters.add(tracer.counters());
         radiance
     }
