@@ -497,7 +497,7 @@ impl<O: Observer> State<'_, O> {
             ng: surface.ng,
             // Where a medium has no end, light that is drawn and light that is found are not the same, and a picture depends
             // on how they are weighed: as in pbrt-v3.
-            facing: if VOLUMETRIC && self.medium.is_some() && !world.is_bounded(self.medium) {
+            facing: if VOLUMETRIC && world.facts().has_endless_media {
                 Normal3::ZERO
             } else {
                 bsdf.facing(wo)

@@ -45,8 +45,8 @@ pub(super) enum Purpose {
 struct Distribution {
     choice: PatchChoice,
     emphasis: Emphasis,
-    /// 1 / mean over the unit square of emphasised luminance times sine.
-    inverse_mean: f32,
+    /// Mean over the unit square of emphasised luminance times sine.
+    mean: f64,
 }
 
 /// What a luminance counts: what exceeds `cut`, but never less than `least` of it.
@@ -161,7 +161,7 @@ impl EnvironmentMap {
             };
             let choice = PatchChoice::new([width, height], weight, direction, heeds_normals)?;
             Some(Distribution {
-                inverse_mean: (1.0 / choice.mean()) as f32,
+                mean: choice.mean(),
                 choice,
                 emphasis,
             })
@@ -253,7 +253,9 @@ impl EnvironmentMap {
                 let [x, y] = place.at;
                 let patch = self.patch(place.column, place.row);
                 let emphasised = patch.emphasised(x, y, distribution.emphasis);
-                let density = emphasised * self.sines[place.row] * distribution.inverse_mean;
+                // Wide enough for maps so dark that 1 / mean is not a number of f32.
+                let weight = f64::from(emphasised) * f64::from(self.sines[place.row]);
+                let density = (weight / distribution.mean) as f32;
                 (patch.value(x, y), density)
             }
         };

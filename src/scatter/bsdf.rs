@@ -242,6 +242,8 @@ struct Lobe<'a> {
     scale: Rgb,
 }
 
+/// Cosine between the shading normal and the face's from which on the two horizons count as one.
+const NEAR_FACE: f32 = 0.95;
 /// Most lobes a surface point may have. A single material has at most 8; mixtures add theirs up.
 pub const MAX_LOBES: usize = 16;
 
@@ -350,7 +352,8 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().any(|lobe| !lobe.bxdf.is_specular())
     }
 
-    /// The shading normal on the side of `wo` if lobes with a density scatter to that side only; zero otherwise.
+    /// The shading normal on the side of `wo` if lobes with a density scatter to that side only; zero otherwise, and where
+    /// that normal is far from the face's: lobes have values beyond its horizon, but draw no directions there.
     #[inline]
     pub fn facing(&self, wo: Vec3) -> Normal3 {
         let reflects =
@@ -359,6 +362,9 @@ impl<'a> Bsdf<'a> {
             return Normal3::ZERO;
         }
         let n = self.frame.n;
+        if n.dot(Vec3(self.ng.0)).abs() < NEAR_FACE {
+            return Normal3::ZERO;
+        }
         Normal3(if n.dot(wo) < 0.0 { -n.0 } else { n.0 })
     }
 

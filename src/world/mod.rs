@@ -84,6 +84,8 @@ pub struct Facts {
     pub has_shadow_holes: bool,
     /// Some instance moves.
     pub has_motion: bool,
+    /// Some medium goes on beyond all surfaces.
+    pub has_endless_media: bool,
     /// Some light is a point, and some homogeneous medium scatters.
     pub has_points_in_fog: bool,
 }
@@ -176,6 +178,16 @@ impl World {
             items.push(items::instance(InstanceId::new(index), &bounds));
         }
         let bvh = items::hierarchy(items, &parts.geometries);
+        let mut bounded_media = vec![true; parts.media.len()];
+        let outside = parts
+            .geometries
+            .iter()
+            .filter_map(|g| Some(g.media?.outside));
+        for medium in outside.chain([parts.camera_medium]) {
+            if medium.is_some() {
+                bounded_media[medium.index()] = false;
+            }
+        }
         let facts = Facts {
             has_null_surfaces: parts.geometries.iter().any(|g| !g.material.is_some()),
             has_media: parts.camera_medium.is_some()
@@ -190,6 +202,7 @@ impl World {
                 .instances
                 .iter()
                 .any(|i| !i.render_from_object.is_still()),
+            has_endless_media: bounded_media.contains(&false),
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
         };
@@ -197,16 +210,6 @@ impl World {
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
             .map(LightId::new)
             .collect();
-        let mut bounded_media = vec![true; parts.media.len()];
-        let outside = parts
-            .geometries
-            .iter()
-            .filter_map(|g| Some(g.media?.outside));
-        for medium in outside.chain([parts.camera_medium]) {
-            if medium.is_some() {
-                bounded_media[medium.index()] = false;
-            }
-        }
         let mut world = Self {
             geometries: parts.geometries,
             materials: parts.materials,
