@@ -490,14 +490,16 @@ impl<O: Observer> State<'_, O> {
                 MediumId::NONE
             }
         };
+        // Where a medium may have no end, light that is drawn and light that is found are not the same, and a picture depends
+        // on how they are weighed: as in pbrt-v3.
+        let has_end = |medium: MediumId| !medium.is_some() || world.is_bounded(medium);
+        let is_endless = VOLUMETRIC && !(has_end(self.medium) && has_end(world.camera_medium()));
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         let at = Receiver {
             p: surface.p,
             p_err: surface.p_err,
             ng: surface.ng,
-            // Where a medium has no end, light that is drawn and light that is found are not the same, and a picture depends
-            // on how they are weighed: as in pbrt-v3.
-            facing: if VOLUMETRIC && world.facts().has_endless_media {
+            facing: if is_endless {
                 Normal3::ZERO
             } else {
                 bsdf.facing(wo)

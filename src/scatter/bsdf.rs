@@ -243,7 +243,7 @@ struct Lobe<'a> {
 }
 
 /// Cosine between the shading normal and the face's from which on the two horizons count as one.
-const NEAR_FACE: f32 = 0.95;
+const NEAR_FACE: f32 = 0.9;
 /// Most lobes a surface point may have. A single material has at most 8; mixtures add theirs up.
 pub const MAX_LOBES: usize = 16;
 

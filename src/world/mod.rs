@@ -84,8 +84,6 @@ pub struct Facts {
     pub has_shadow_holes: bool,
     /// Some instance moves.
     pub has_motion: bool,
-    /// Some medium goes on beyond all surfaces.
-    pub has_endless_media: bool,
     /// Some light is a point, and some homogeneous medium scatters.
     pub has_points_in_fog: bool,
 }
@@ -202,7 +200,6 @@ impl World {
                 .instances
                 .iter()
                 .any(|i| !i.render_from_object.is_still()),
-            has_endless_media: bounded_media.contains(&false),
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
         };
