@@ -25,7 +25,7 @@ use crate::sampler::Sampler;
 use crate::sampling::mis::power_heuristic;
 use crate::sampling::rng::Rng;
 use crate::scatter::{Bsdf, Bxdf, HenyeyGreenstein, TransportMode};
-use crate::shape::SurfacePoint;
+use crate::shape::{Place, SurfacePoint};
 use crate::spectrum::Rgb;
 use crate::texture::TextureContext;
 use crate::world::{Hit, LightSample, Receiver, World, spawn_ray};
@@ -176,33 +176,33 @@ impl Path {
                 state.add_environment();
                 break;
             };
-            let surface = world.surface(&state.ray, &hit);
-            let material = world.geometry(hit.target.geometry).material;
-            state.see(|_| Event::Met {
-                t: hit.at.t,
-                target: hit.target,
-                instance: hit.instance,
-                p: surface.p,
-                ng: surface.ng,
-                ns: surface.ns,
-                material,
-            });
-            state.add_emission(&hit, &surface);
+            let geometry = world.geometry(hit.target.geometry);
+            let material = geometry.material;
             // A null surface only changes the medium. At the last bounce there is nothing behind it to find, except
             // for the continuation that stands for the second half of the light sampling at the vertex before.
             let is_last = state.bounces >= self.max_depth;
-            let goes_on = !is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. });
-            if !material.is_some() && goes_on {
+            let is_crossed = !material.is_some()
+                && (!is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. }));
+            if is_crossed {
+                let place = world.place(&state.ray, &hit);
+                state.see(|_| Event::met(&hit, &place, material));
+                if geometry.first_light.is_some() {
+                    let surface = world.surface(&state.ray, &hit);
+                    state.add_emission(&hit, &surface);
+                }
                 crossings += 1;
                 if crossings > world.max_crossings() {
                     state.counters.stuck_paths += 1;
                     state.end("it is stuck between null surfaces");
                     break;
                 }
-                state.cross::<VOLUMETRIC>(&hit, &surface);
+                state.cross::<VOLUMETRIC>(&hit, &place);
                 differential = None;
                 continue;
             }
+            let surface = world.surface(&state.ray, &hit);
+            state.see(|_| Event::met(&hit, &surface.into(), material));
+            state.add_emission(&hit, &surface);
             if is_last {
                 state.end(AT_MAX_DEPTH);
                 break;
@@ -333,26 +333,17 @@ impl<O: Observer> State<'_, O> {
     }
 
     /// Goes on behind a null surface.
-    fn cross<const VOLUMETRIC: bool>(&mut self, hit: &Hit, surface: &SurfacePoint) {
+    fn cross<const VOLUMETRIC: bool>(&mut self, hit: &Hit, place: &Place) {
+        let &Place { p, p_err, ng, .. } = place;
+        let Ray { d, time, .. } = self.ray;
         if VOLUMETRIC {
-            let d = self.ray.d;
-            let borders = self
-                .world
-                .borders_on(hit.target, surface.ng, d, self.medium);
+            let borders = self.world.borders_on(hit.target, ng, d, self.medium);
             self.counters.mismatched_media += u64::from(!borders);
-            self.medium = self
-                .world
-                .medium_toward(hit.target, surface.ng, self.ray.d, self.medium);
+            self.medium = self.world.medium_toward(hit.target, ng, d, self.medium);
         } else if let Origin::Drawn { .. } = self.origin {
             self.origin = Origin::Hidden;
         }
-        self.ray = spawn_ray(
-            surface.p,
-            surface.p_err,
-            surface.ng,
-            self.ray.d,
-            self.ray.time,
-        );
+        self.ray = spawn_ray(p, p_err, ng, d, time);
         self.see(|state| Event::Crossed {
             medium: state.medium,
         });
@@ -613,9 +604,9 @@ pub(super) fn stay_inside(world: &World, ray: &Ray, t: f32, hit: &Hit) -> f32 {
     if end - t > NEAR_WALL * size {
         return t;
     }
-    let surface = world.surface(ray, hit);
-    let rounding = surface.p_err.0 + surface.p.0.abs() * (2.0 * EPSILON) + size * (2.0 * EPSILON);
-    let reach = surface.ng.0.abs().dot(rounding) / surface.ng.abs_dot(ray.d);
+    let Place { p, p_err, ng, .. } = world.place(ray, hit);
+    let rounding = p_err.0 + p.0.abs() * (2.0 * EPSILON) + size * (2.0 * EPSILON);
+    let reach = ng.0.abs().dot(rounding) / ng.abs_dot(ray.d);
     if end - t > reach {
         t
     } else {

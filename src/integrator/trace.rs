@@ -3,8 +3,9 @@
 
 use crate::ids::{InstanceId, LightId, MaterialId, MediumId};
 use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::shape::Place;
 use crate::spectrum::Rgb;
-use crate::world::ElementRef;
+use crate::world::{ElementRef, Hit};
 
 /// Someone who follows a path.
 pub trait Observer {
@@ -150,4 +151,19 @@ pub enum Event {
         /// Why.
         why: &'static str,
     },
+}
+
+impl Event {
+    /// A surface was met.
+    pub fn met(hit: &Hit, place: &Place, material: MaterialId) -> Self {
+        Self::Met {
+            t: hit.at.t,
+            target: hit.target,
+            instance: hit.instance,
+            p: place.p,
+            ng: place.ng,
+            ns: place.ns,
+            material,
+        }
+    }
 }

@@ -6,7 +6,7 @@ use crate::accel::RayShear;
 use crate::math::error::{EPSILON, gamma};
 use crate::math::{Bounds3, Frame, Normal3, Point3, Vec3};
 use crate::sampling::warp::uniform_triangle;
-use crate::shape::{AreaSample, ElementHit, Emission, ShapeSample, SurfacePoint};
+use crate::shape::{AreaSample, ElementHit, Emission, Place, ShapeSample, SurfacePoint};
 
 /// Distance from the edges of a triangle at which rays leave it, in rounding errors of its coordinates: walls behind
 /// edges of down to about 10° stay behind.
@@ -61,12 +61,16 @@ impl Mesh {
         self.triangles[triangle as usize].map(|v| self.positions[v as usize])
     }
 
+    /// The corners of a triangle, in f64.
+    #[inline]
+    fn corners_f64(&self, triangle: u32) -> [DVec3; 3] {
+        self.corners(triangle)
+            .map(|p| DVec3::from(p.map(f64::from)))
+    }
+
     /// Twice the area times the unit normal, in f64: neither tiny nor huge triangles under- or overflow.
     fn area_normal(&self, triangle: u32) -> DVec3 {
-        let [p0, p1, p2] = self
-            .corners(triangle)
-            .map(|p| DVec3::from(p.map(f64::from)));
-        (p0 - p2).cross(p1 - p2)
+        area_normal(self.corners_f64(triangle))
     }
 
     /// Box around a triangle; empty if its area is zero or a vertex is not finite.
@@ -93,19 +97,14 @@ impl Mesh {
             .map(ElementHit::from)
     }
 
-    /// The geometric normal, before orientation, as a unit vector.
-    fn face_normal(&self, triangle: u32) -> DVec3 {
-        self.area_normal(triangle).normalize_or_zero()
-    }
-
     /// Oriented geometric and shading normal at a point of a triangle.
     ///
     /// Where vertex normals exist they decide the side (negated by `ReverseOrientation`) and a mirroring
     /// transform has no further say; otherwise the winding does. `ReverseOrientation` cancels itself where normals are
     /// missing but tangents exist, or where the interpolated normal vanishes: pbrt-v3 applies it to the face and then
     /// again to the shading frame, which has the last word.
-    fn oriented_normals(&self, triangle: u32, b: [f64; 3]) -> (DVec3, DVec3) {
-        let face = self.face_normal(triangle);
+    fn oriented_normals(&self, triangle: u32, corners: [DVec3; 3], b: [f64; 3]) -> (DVec3, DVec3) {
+        let face = area_normal(corners).normalize_or_zero();
         if let Some(n) = self
             .interpolate(&self.normals, triangle, b)
             .and_then(DVec3::try_normalize)
@@ -152,12 +151,28 @@ impl Mesh {
         [0, 1].map(|k| b0 * uv0[k] + b1 * uv1[k] + b2 * uv2[k])
     }
 
+    /// A point of a triangle, and how the surface lies there.
+    #[inline]
+    pub fn place(&self, triangle: u32, barycentric: [f32; 2]) -> Place {
+        self.place_at(triangle, self.corners_f64(triangle), weights(barycentric))
+    }
+
+    #[inline]
+    fn place_at(&self, triangle: u32, corners: [DVec3; 3], b: [f64; 3]) -> Place {
+        let (p, p_err) = point(corners, off_the_edges(corners, b));
+        let (ng, ns) = self.oriented_normals(triangle, corners, b);
+        Place {
+            p,
+            p_err,
+            ng: Normal3::from_f64(ng),
+            ns: Normal3::from_f64(ns),
+        }
+    }
+
     /// The surface at a point of a triangle.
     pub fn surface(&self, triangle: u32, barycentric: [f32; 2]) -> SurfacePoint {
-        let [b0, b1] = barycentric.map(f64::from);
-        let b = [b0, b1, 1.0 - b0 - b1];
-        let (p, p_err) = self.point(triangle, self.off_the_edges(triangle, b));
-        let (ng, ns) = self.oriented_normals(triangle, b);
+        let (corners, b) = (self.corners_f64(triangle), weights(barycentric));
+        let Place { p, p_err, ng, ns } = self.place_at(triangle, corners, b);
 
         // Solve for the derivatives by (u, v): dp = dpdu du + dpdv dv along two edges.
         let [uv0, uv1, uv2] = self.corner_uvs(triangle).map(|uv| uv.map(f64::from));
@@ -172,13 +187,10 @@ impl Mesh {
                 (d12 * du02 - d02 * du12) * inverse_det,
             )
         };
-        let corners = self
-            .corners(triangle)
-            .map(|p| DVec3::from(p.map(f64::from)));
         let (mut dpdu, mut dpdv) = by_uv(corners);
         let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
         if det == 0.0 || !dpdu.is_finite() || !dpdv.is_finite() || dpdu.cross(dpdv) == DVec3::ZERO {
-            let frame = Frame::from_z(Vec3::from_f64(self.face_normal(triangle)));
+            let frame = Frame::from_z(Vec3::from_f64(area_normal(corners).normalize_or_zero()));
             (dpdu, dpdv) = (frame.s.to_f64(), frame.t.to_f64());
         } else if !self.normals.is_empty() {
             let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
@@ -188,15 +200,15 @@ impl Mesh {
             (dndu, dndv) = by_uv([n0, n1, n2]);
         }
         let tangent = if self.has_frame() {
-            self.frame_tangent(triangle, b, ns, dpdu)
+            self.frame_tangent(triangle, b, ns.to_f64(), dpdu)
         } else {
             dpdu
         };
         SurfacePoint {
             p,
             p_err,
-            ng: Normal3::from_f64(ng),
-            ns: Normal3::from_f64(ns),
+            ng,
+            ns,
             uv: self.uv(triangle, barycentric),
             dpdu: Vec3::from_f64(dpdu),
             dpdv: Vec3::from_f64(dpdv),
@@ -204,38 +216,6 @@ impl Mesh {
             dndu: Vec3::from_f64(dndu),
             dndv: Vec3::from_f64(dndv),
         }
-    }
-
-    /// Weights of a point that lies off the edges by [`EDGE_GAP`] of its rounding errors, or in the middle of a
-    /// triangle that is thinner. A point that is rounded to beyond the wall behind an edge would leave a closed room.
-    fn off_the_edges(&self, triangle: u32, mut b: [f64; 3]) -> [f64; 3] {
-        let corners = self
-            .corners(triangle)
-            .map(|p| DVec3::from(p.map(f64::from)));
-        let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
-        let gap = EDGE_GAP * f64::from(EPSILON) * largest.max_element();
-        let edges = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[(k + 2) % 3]);
-        let area = edges[0].cross(edges[1]);
-        // Far from all edges, as most points are; twice the squares cover the roundings.
-        let nearest = b[0].min(b[1]).min(b[2]).max(0.0);
-        let longest = edges.iter().fold(0.0, |m, e| e.length_squared().max(m));
-        if nearest * nearest * area.length_squared() > 2.0 * gap * gap * longest {
-            return b;
-        }
-        let area = area.length();
-        let mut is_near = false;
-        for k in 0..3 {
-            let least = (gap * edges[k].length() / area).min(1.0 / 3.0);
-            if b[k] < least {
-                b[k] = least;
-                is_near = true;
-            }
-        }
-        if is_near {
-            let sum = b[0] + b[1] + b[2];
-            b = b.map(|x| x / sum);
-        }
-        b
     }
 
     /// The tangent of the shading frame at a point: opposite to the interpolated tangent, or to `dpdu`, as pbrt-v3 has
@@ -252,28 +232,15 @@ impl Mesh {
         tangent * f64::from(self.unit)
     }
 
-    /// The point with the given weights, and its error bound.
-    fn point(&self, triangle: u32, b: [f64; 3]) -> (Point3, Vec3) {
-        let corners = self
-            .corners(triangle)
-            .map(|p| DVec3::from(p.map(f64::from)));
-        let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
-        // Whatever rounding made of the weights, they sum to 1, so that p lies in the plane of the triangle but for the
-        // rounding to f32 (γ(1)); twice that also covers the f64 terms and the bound itself.
-        let spread = corners[0].abs() * b[0] + corners[1].abs() * b[1] + corners[2].abs() * b[2];
-        (Point3::from_f64(p), Vec3::from_f64(spread.abs()) * gamma(2))
-    }
-
     /// See [`crate::shape::Shape::sample_area`].
     pub fn sample_area(&self, triangle: u32, u: [f32; 2]) -> AreaSample {
         let barycentric = uniform_triangle(u);
-        let [b0, b1] = barycentric.map(f64::from);
-        let b = [b0, b1, 1.0 - b0 - b1];
-        let (p, p_err) = self.point(triangle, b);
+        let (corners, b) = (self.corners_f64(triangle), weights(barycentric));
+        let (p, p_err) = point(corners, b);
         AreaSample {
             p,
             p_err,
-            ng: Normal3::from_f64(self.oriented_normals(triangle, b).0),
+            ng: Normal3::from_f64(self.oriented_normals(triangle, corners, b).0),
             pdf_area: 1.0 / self.area(triangle),
             barycentric,
         }
@@ -281,13 +248,13 @@ impl Mesh {
 
     /// See [`crate::shape::Shape::emission`].
     pub fn emission(&self, triangle: u32) -> Emission {
-        let third = 1.0 / 3.0;
-        let ng = self.oriented_normals(triangle, [third; 3]).0;
-        let corners = [DVec3::X, DVec3::Y, DVec3::Z];
+        let corners = self.corners_f64(triangle);
+        let normal = |b: DVec3| self.oriented_normals(triangle, corners, b.to_array()).0;
+        let ng = normal(DVec3::splat(1.0 / 3.0));
         // Vertex normals may turn the triangle around within itself.
-        let turns = corners
-            .iter()
-            .any(|b| self.oriented_normals(triangle, b.to_array()).0.dot(ng) < 0.0);
+        let turns = [DVec3::X, DVec3::Y, DVec3::Z]
+            .into_iter()
+            .any(|b| normal(b).dot(ng) < 0.0);
         if turns {
             Emission::Round
         } else {
@@ -299,6 +266,58 @@ impl Mesh {
     pub fn sample_toward(&self, triangle: u32, from: Point3, u: [f32; 2]) -> Option<ShapeSample> {
         self.sample_area(triangle, u).toward(from)
     }
+}
+
+/// Weights of all three corners.
+#[inline]
+fn weights(barycentric: [f32; 2]) -> [f64; 3] {
+    let [b0, b1] = barycentric.map(f64::from);
+    [b0, b1, 1.0 - b0 - b1]
+}
+
+/// See [`Mesh::area_normal`].
+#[inline]
+fn area_normal([p0, p1, p2]: [DVec3; 3]) -> DVec3 {
+    (p0 - p2).cross(p1 - p2)
+}
+
+/// Weights of a point that lies off the edges by [`EDGE_GAP`] of its rounding errors, or in the middle of a
+/// triangle that is thinner. A point that is rounded to beyond the wall behind an edge would leave a closed room.
+fn off_the_edges(corners: [DVec3; 3], mut b: [f64; 3]) -> [f64; 3] {
+    let largest = corners.iter().fold(DVec3::ZERO, |m, p| m.max(p.abs()));
+    let gap = EDGE_GAP * f64::from(EPSILON) * largest.max_element();
+    let edges = [0, 1, 2].map(|k| corners[(k + 1) % 3] - corners[(k + 2) % 3]);
+    let area = edges[0].cross(edges[1]);
+    // Far from all edges, as most points are; twice the squares cover the roundings.
+    let nearest = b[0].min(b[1]).min(b[2]).max(0.0);
+    let longest = edges.iter().fold(0.0, |m, e| e.length_squared().max(m));
+    if nearest * nearest * area.length_squared() > 2.0 * gap * gap * longest {
+        return b;
+    }
+    let area = area.length();
+    let mut is_near = false;
+    for k in 0..3 {
+        let least = (gap * edges[k].length() / area).min(1.0 / 3.0);
+        if b[k] < least {
+            b[k] = least;
+            is_near = true;
+        }
+    }
+    if is_near {
+        let sum = b[0] + b[1] + b[2];
+        b = b.map(|x| x / sum);
+    }
+    b
+}
+
+/// The point with the given weights, and its error bound.
+#[inline]
+fn point(corners: [DVec3; 3], b: [f64; 3]) -> (Point3, Vec3) {
+    let p = corners[0] * b[0] + corners[1] * b[1] + corners[2] * b[2];
+    // Whatever rounding made of the weights, they sum to 1, so that p lies in the plane of the triangle but for the
+    // rounding to f32 (γ(1)); twice that also covers the f64 terms and the bound itself.
+    let spread = corners[0].abs() * b[0] + corners[1].abs() * b[1] + corners[2].abs() * b[2];
+    (Point3::from_f64(p), Vec3::from_f64(spread.abs()) * gamma(2))
 }
 
 #[cfg(test)]

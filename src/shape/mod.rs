@@ -51,6 +51,30 @@ impl From<TriangleHit> for ElementHit {
     }
 }
 
+/// Where a surface was met and how it lies there, in render space: what of a [`SurfacePoint`] a ray needs that only
+/// passes through.
+#[derive(Clone, Copy, Debug)]
+pub struct Place {
+    /// See [`SurfacePoint::p`].
+    pub p: Point3,
+    /// See [`SurfacePoint::p_err`].
+    pub p_err: Vec3,
+    /// See [`SurfacePoint::ng`].
+    pub ng: Normal3,
+    /// See [`SurfacePoint::ns`].
+    pub ns: Normal3,
+}
+
+impl From<SurfacePoint> for Place {
+    #[inline]
+    fn from(surface: SurfacePoint) -> Self {
+        let SurfacePoint {
+            p, p_err, ng, ns, ..
+        } = surface;
+        Self { p, p_err, ng, ns }
+    }
+}
+
 /// The local geometry of a surface point, in render space.
 #[derive(Clone, Copy, Debug)]
 pub struct SurfacePoint {
@@ -231,6 +255,15 @@ impl Shape {
             Self::Mesh(mesh) => mesh.surface(element, hit.barycentric),
             Self::Quadric(quadric) => quadric.surface(ray, hit.t),
             Self::Curves(curves) => curves.surface(element, ray, hit),
+        }
+    }
+
+    /// The same of where it was met alone, which for meshes is less work.
+    #[inline]
+    pub fn place(&self, element: u32, ray: &Ray, hit: &ElementHit) -> Place {
+        match self {
+            Self::Mesh(mesh) => mesh.place(element, hit.barycentric),
+            Self::Quadric(_) | Self::Curves(_) => self.surface(element, ray, hit).into(),
         }
     }
 

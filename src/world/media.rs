@@ -112,11 +112,11 @@ impl World {
     fn medium_before_boundary(&self, mut ray: Ray) -> Option<MediumId> {
         for _ in 0..=self.max_crossings().min(MAX_LOOK) {
             let hit = self.closest(&ray, f32::INFINITY)?;
-            let surface = self.surface(&ray, &hit);
+            let place = self.place(&ray, &hit);
             if let Some(interface) = &self.geometry(hit.target.geometry).media {
-                return Some(interface.toward(surface.ng, -ray.d));
+                return Some(interface.toward(place.ng, -ray.d));
             }
-            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+            ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
         }
         None
     }
@@ -164,11 +164,11 @@ impl World {
                 }
             }
             let Some(hit) = hit else { return tr };
-            let surface = self.surface(&ray, &hit);
-            let borders = self.borders_on(hit.target, surface.ng, ray.d, medium);
+            let place = self.place(&ray, &hit);
+            let borders = self.borders_on(hit.target, place.ng, ray.d, medium);
             tally.mismatched += u64::from(!borders);
-            medium = self.medium_toward(hit.target, surface.ng, ray.d, medium);
-            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+            medium = self.medium_toward(hit.target, place.ng, ray.d, medium);
+            ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
             travelled += hit.at.t;
             // A point of a large surface may lie beside the ray by its rounding error. Aimed anew, the ray still
             // ends where it should; parallel to itself it could meet a small light elsewhere, or miss it.

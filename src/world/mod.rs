@@ -19,7 +19,7 @@ use crate::material::Materials;
 use crate::math::error::offset_origin;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
-use crate::shape::{ElementHit, Shape, SurfacePoint};
+use crate::shape::{ElementHit, Place, Shape, SurfacePoint};
 use crate::texture::Textures;
 pub use cutout::Cutout;
 pub use emission::EmissionSample;
@@ -412,6 +412,16 @@ impl World {
             }
         }
         shape.surface(hit.target.element, ray, &hit.at)
+    }
+
+    /// The same of where it was hit alone, to pass through.
+    #[inline]
+    pub fn place(&self, ray: &Ray, hit: &Hit) -> Place {
+        if hit.instance.is_some() {
+            return self.surface(ray, hit).into();
+        }
+        let shape = &self.geometry(hit.target.geometry).shape;
+        shape.place(hit.target.element, ray, &hit.at)
     }
 }
 
