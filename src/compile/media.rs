@@ -11,6 +11,7 @@ use crate::compile::{lookup, spectra};
 use crate::describe::description::{Frame, MediumEntity, MediumRef};
 use crate::ids::MediumId;
 use crate::math::Transform;
+use crate::medium::grid::MAX_VOXELS;
 use crate::medium::presets::preset;
 use crate::medium::{DensityGrid, GridMedium, Homogeneous, Medium};
 use crate::scatter::HenyeyGreenstein;
@@ -142,6 +143,14 @@ impl<'a> Media<'a> {
             );
             diagnostics.push(
                 Diagnostic::error("density-count", density_span, message)
+                    .with_label("vacuum is used"),
+            );
+            return None;
+        }
+        if n.into_iter().any(|n| n > MAX_VOXELS) {
+            let message = format!("a grid has at most {MAX_VOXELS} values along an axis");
+            diagnostics.push(
+                Diagnostic::error("grid-too-long", density_span, message)
                     .with_label("vacuum is used"),
             );
             return None;

@@ -237,10 +237,10 @@ impl EnvironmentMap {
     }
 
     #[inline]
-    fn distribution(&self, purpose: Purpose) -> (&Distribution, Option<Vec3A>) {
+    fn distribution(&self, purpose: Purpose) -> (&Distribution, Vec3A) {
         match purpose {
-            Purpose::Whole => (&self.whole, None),
-            Purpose::Facing(normal) => (&self.facing, Some(normal)),
+            Purpose::Whole => (&self.whole, Vec3A::ZERO),
+            Purpose::Facing(normal) => (&self.facing, normal),
         }
     }
 

@@ -22,9 +22,7 @@ const EVEN: f64 = 1.25;
 #[derive(Clone, Debug)]
 pub(super) struct PatchChoice {
     grid: Grid,
-    regions: Regions,
-    /// Sums of weights, relative to that of all, row by row.
-    cell_weights: Vec<f32>,
+    choice: CellChoice,
     /// Row by row.
     cells: Vec<Cell>,
     /// Over the patches of the cells that are not even.
@@ -44,6 +42,15 @@ struct Grid {
     n_cells: [usize; 2],
     /// Cells side by side in a region, and on top of each other.
     span: [usize; 2],
+}
+
+/// How a cell is chosen.
+#[derive(Clone, Debug)]
+enum CellChoice {
+    /// By its weight.
+    Whole(Table),
+    /// By region and normal, then by its weight relative to that of all; row by row.
+    Facing { regions: Regions, weights: Vec<f32> },
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -230,18 +237,27 @@ impl PatchChoice {
                 Cell::Uneven(n_tables - 1)
             })
             .collect();
-        let cell_weights: Vec<f32> = summed
-            .iter()
-            .map(|cell| (cell.sum / total) as f32)
-            .collect();
-        let parts = cell_weights.iter().enumerate().map(|(cell, &weight)| {
-            let direction = direction(grid.middle(cell));
-            (grid.region_of(cell), direction, weight)
-        });
+        let choice = if heeds_normals {
+            let weights: Vec<f32> = summed
+                .iter()
+                .map(|cell| (cell.sum / total) as f32)
+                .collect();
+            let parts = weights.iter().enumerate().map(|(cell, &weight)| {
+                let direction = direction(grid.middle(cell));
+                (grid.region_of(cell), direction, weight)
+            });
+            CellChoice::Facing {
+                regions: Regions::new(parts),
+                weights,
+            }
+        } else {
+            let sums: Vec<f64> = summed.iter().map(|cell| cell.sum).collect();
+            let rows: Vec<Vec<f64>> = sums.chunks(grid.n_cells[0]).map(<[f64]>::to_vec).collect();
+            CellChoice::Whole(Table::new(&rows))
+        };
         Some(Self {
-            regions: Regions::new(parts, heeds_normals),
+            choice,
             grid,
-            cell_weights,
             cells,
             tables,
             mean,
@@ -263,18 +279,30 @@ impl PatchChoice {
         }
     }
 
-    /// Factor by which a normal changes the density in a patch.
+    /// Factor by which a normal changes the density in a patch; 1 if the choice heeds none.
     #[inline]
-    pub(super) fn gain(&self, column: usize, row: usize, normal: Option<Vec3A>) -> f32 {
-        let [y, x] = self.grid.region_of(self.grid.cell_of(column, row));
-        self.regions.shares(normal).gains[y][x]
+    pub(super) fn gain(&self, column: usize, row: usize, normal: Vec3A) -> f32 {
+        match &self.choice {
+            CellChoice::Whole(_) => 1.0,
+            CellChoice::Facing { regions, .. } => {
+                let [y, x] = self.grid.region_of(self.grid.cell_of(column, row));
+                regions.shares(normal).gains[y][x]
+            }
+        }
     }
 
-    /// Draws a place, with the factor by which the normal changes its density.
+    /// Draws a cell: column, row, what is left of `u`, and the factor by which the normal changes its density.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2], normal: Option<Vec3A>) -> (Drawn, f32) {
+    fn sample_cell(&self, u: [f32; 2], normal: Vec3A) -> (usize, usize, [f32; 2], f32) {
         let grid = &self.grid;
-        let shares = self.regions.shares(normal);
+        let (regions, weights) = match &self.choice {
+            CellChoice::Whole(table) => {
+                let (column, row, u) = table.sample(u);
+                return (column, row, u, 1.0);
+            }
+            CellChoice::Facing { regions, weights } => (regions, weights),
+        };
+        let shares = regions.shares(normal);
         let (region_row, v) = pick(shares.rows, u[1]);
         let (region_column, u) = pick(shares.regions[region_row], u[0]);
         let gain = shares.gains[region_row][region_column];
@@ -285,13 +313,19 @@ impl PatchChoice {
             [0, 1].map(|axis| first[axis]..(first[axis] + grid.span[axis]).min(grid.n_cells[axis]));
         let line = |row: usize| {
             let start = row * grid.n_cells[0];
-            &self.cell_weights[start + columns.start..start + columns.end]
+            &weights[start + columns.start..start + columns.end]
         };
         let (row, v) = pick(rows.map(|row| line(row).iter().sum()), v);
-        let cell_row = first[1] + row;
-        let (column, u) = pick(line(cell_row).iter().copied(), u);
-        let cell_column = first[0] + column;
+        let row = first[1] + row;
+        let (column, u) = pick(line(row).iter().copied(), u);
+        (first[0] + column, row, [u, v], gain)
+    }
 
+    /// Draws a place, with the factor by which the normal, if the choice heeds any, changes its density.
+    #[inline]
+    pub(super) fn sample(&self, u: [f32; 2], normal: Vec3A) -> (Drawn, f32) {
+        let grid = &self.grid;
+        let (cell_column, cell_row, [u, v], gain) = self.sample_cell(u, normal);
         let (left, top) = (cell_column * grid.side, cell_row * grid.side);
         let drawn = match self.cells[cell_row * grid.n_cells[0] + cell_column] {
             Cell::Even(_) => {
@@ -372,31 +406,30 @@ mod tests {
 
     #[test]
     fn places_are_drawn_by_their_density() {
-        let choice =
-            PatchChoice::new([WIDTH, HEIGHT], flat, around, true).expect("it is not black");
         let mean = (0..WIDTH * HEIGHT)
             .map(|i| weight(i % WIDTH, i / WIDTH))
             .sum::<f64>()
             / (WIDTH * HEIGHT) as f64;
-        assert!((choice.mean() / mean - 1.0).abs() < 1e-12);
-        let density = |x: usize, y: usize| {
-            choice
-                .even_density(x, y)
-                .map_or(weight(x, y) / mean, f64::from)
-        };
-        for normal in [None, Some(Vec3A::Z), Some(Vec3A::new(-0.6, 0.0, -0.8))] {
-            places_follow(&choice, normal, |x, y| {
-                density(x, y) * f64::from(choice.gain(x, y, normal))
-            });
+        let normals = [Vec3A::Z, Vec3A::new(-0.6, 0.0, -0.8)];
+        for (heeds_normals, normals) in [(false, &normals[..1]), (true, &normals[..])] {
+            let choice = PatchChoice::new([WIDTH, HEIGHT], flat, around, heeds_normals)
+                .expect("it is not black");
+            assert!((choice.mean() / mean - 1.0).abs() < 1e-12);
+            let density = |x: usize, y: usize| {
+                choice
+                    .even_density(x, y)
+                    .map_or(weight(x, y) / mean, f64::from)
+            };
+            for &normal in normals {
+                places_follow(&choice, normal, |x, y| {
+                    density(x, y) * f64::from(choice.gain(x, y, normal))
+                });
+            }
         }
     }
 
     /// Fails unless `density` is that of the places drawn, relative to uniform ones.
-    fn places_follow(
-        choice: &PatchChoice,
-        normal: Option<Vec3A>,
-        density: impl Fn(usize, usize) -> f64,
-    ) {
+    fn places_follow(choice: &PatchChoice, normal: Vec3A, density: impl Fn(usize, usize) -> f64) {
         let total: f64 = (0..WIDTH * HEIGHT)
             .map(|i| density(i % WIDTH, i / WIDTH))
             .sum();
@@ -462,7 +495,7 @@ mod tests {
             let n_before = (0..n)
                 .filter(|_| {
                     let (Drawn::Point { column, row, .. } | Drawn::Patch { column, row, .. }, _) =
-                        choice.sample(rng.uniform2(), Some(normal));
+                        choice.sample(rng.uniform2(), normal);
                     around([column as f64, row as f64]).dot(normal) > 0.0
                 })
                 .count();

@@ -23,9 +23,7 @@ type ForRegions<T> = [[T; COLUMNS]; ROWS];
 /// Shares of the regions in light, for every receiver.
 #[derive(Clone, Debug)]
 pub(super) struct Regions {
-    /// Where no normal matters.
-    even: Box<Shares>,
-    /// For each normal; none if normals do not matter.
+    /// For each normal.
     facing: Vec<Shares>,
 }
 
@@ -81,10 +79,7 @@ impl Directions {
 
 impl Regions {
     /// Of parts of the map, given by row and column of their region, unit direction, and weight; the weights sum to 1.
-    pub(super) fn new(
-        parts: impl Iterator<Item = ([usize; 2], Vec3A, f32)>,
-        heeds_normals: bool,
-    ) -> Self {
+    pub(super) fn new(parts: impl Iterator<Item = ([usize; 2], Vec3A, f32)>) -> Self {
         let mut weights = [[0.0; COLUMNS]; ROWS];
         let mut sums = [[Vec3A::ZERO; COLUMNS]; ROWS];
         for ([row, column], direction, weight) in parts {
@@ -106,22 +101,17 @@ impl Regions {
             })
         });
         Self {
-            even: Box::new(Shares::new(&weights, |_, _| 1.0)),
             facing: (0..NORMALS * NORMALS)
-                .filter(|_| heeds_normals)
                 .map(normal_of_index)
                 .map(|n| Shares::new(&weights, |row, column| directions[row][column].cosine(n)))
                 .collect(),
         }
     }
 
-    /// For a receiver of this unit normal, if there is one; the regions must heed it then.
+    /// For a receiver of this unit normal.
     #[inline]
-    pub(super) fn shares(&self, normal: Option<Vec3A>) -> &Shares {
-        match normal {
-            None => &self.even,
-            Some(n) => &self.facing[index_of_normal(n)],
-        }
+    pub(super) fn shares(&self, normal: Vec3A) -> &Shares {
+        &self.facing[index_of_normal(normal)]
     }
 }
 

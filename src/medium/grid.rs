@@ -26,13 +26,25 @@ pub struct DensityGrid {
     /// Values with a border of zeros, x fastest.
     padded: Vec<f32>,
     n: [usize; 3],
+    /// From a value to the next along y and along z.
+    strides: [usize; 2],
+    /// Largest padded coordinate.
+    limit: Vec3A,
     majorants: MajorantGrid,
 }
 
+/// From here to twice as much, numbers of f32 are whole, and their last digits count them.
+const WHOLE: f32 = 8_388_608.0;
+const WHOLE_DIGITS: u32 = (1 << 23) - 1;
+
+/// Most voxels along an axis: places between them are numbers of f32.
+pub const MAX_VOXELS: usize = 1 << 22;
+
 impl DensityGrid {
-    /// `values` holds nx·ny·nz finite, non-negative densities, x fastest.
+    /// `values` holds nx·ny·nz finite, non-negative densities, x fastest; none of n is above [`MAX_VOXELS`].
     pub fn new(n: [usize; 3], values: &[f32]) -> Self {
         assert_eq!(values.len(), n[0] * n[1] * n[2], "loading checks the count");
+        assert!(n.into_iter().all(|n| n <= MAX_VOXELS), "and the sizes");
         let [px, py, pz] = n.map(|n| n + 2);
         let mut padded = vec![0.0; px * py * pz];
         for (row, line) in values.chunks_exact(n[0]).enumerate() {
@@ -59,6 +71,8 @@ impl DensityGrid {
         Self {
             padded,
             n,
+            strides: [px, px * py],
+            limit: Vec3A::from(n.map(|n| n as f32)) + 0.5,
             majorants,
         }
     }
@@ -66,21 +80,24 @@ impl DensityGrid {
     /// Interpolated density at a point of voxel space inside the grid's box.
     #[inline]
     pub fn density(&self, p: Vec3A) -> f32 {
-        let [px, py, _] = self.n.map(|n| n + 2);
         // Padded coordinate: value i sits at i + 1, its cell centre at i + ½.
-        let limit = Vec3A::new(self.n[0] as f32, self.n[1] as f32, self.n[2] as f32) + 0.5;
-        let q = (p + 0.5).clamp(Vec3A::splat(0.5), limit);
-        let floor = q.floor();
-        let f = q - floor;
-        let corner = floor.as_uvec3();
-        let base = (corner.z as usize * py + corner.y as usize) * px + corner.x as usize;
+        let q = (p + 0.5).clamp(Vec3A::splat(0.5), self.limit);
+        // The number below q ≥ ½ is the last digits of q − ½ + 2²³, rounded; at whole numbers it may be the one before,
+        // with the same interpolation.
+        let rounded = q + (WHOLE - 0.5);
+        let f = q - (rounded - WHOLE);
+        let [x, y, z] = rounded
+            .to_array()
+            .map(|c| (c.to_bits() & WHOLE_DIGITS) as usize);
+        let base = z * self.strides[1] + y * self.strides[0] + x;
         let line = |offset: usize| {
-            let v = &self.padded[base + offset..base + offset + 2];
+            let v = &self.padded[base + offset..][..2];
             v[0] + f.x * (v[1] - v[0])
         };
         let lerp = |a: f32, b: f32, t: f32| a + t * (b - a);
-        let low = lerp(line(0), line(px), f.y);
-        let high = lerp(line(px * py), line(px * py + px), f.y);
+        let [row, plane] = self.strides;
+        let low = lerp(line(0), line(row), f.y);
+        let high = lerp(line(plane), line(plane + row), f.y);
         lerp(low, high, f.z)
     }
 
@@ -132,11 +149,6 @@ impl DensityGrid {
     /// Largest density anywhere.
     pub fn max(&self) -> f32 {
         self.majorants.max()
-    }
-
-    /// Bytes on the heap.
-    pub fn memory(&self) -> usize {
-        self.padded.len() * size_of::<f32>()
     }
 }
 
@@ -290,5 +302,66 @@ impl GridMedium {
             None
         });
         if absorbed.is_some() { Rgb::BLACK } else { tr }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The definition, in f64: values at cell centres, 0 beyond the grid.
+    fn trilinear(n: [usize; 3], values: &[f32], p: Vec3A) -> f64 {
+        let q = p.as_dvec3() - 0.5;
+        let floor = q.floor();
+        let mut sum = 0.0;
+        for corner in 0..8 {
+            let [mut weight, mut index, mut stride] = [1.0, 0.0, 1.0];
+            let mut is_inside = true;
+            for axis in 0..3 {
+                let step = f64::from(corner >> axis & 1);
+                let fraction = q[axis] - floor[axis];
+                weight *= step * fraction + (1.0 - step) * (1.0 - fraction);
+                let place = floor[axis] + step;
+                is_inside &= (0.0..n[axis] as f64).contains(&place);
+                index += place * stride;
+                stride *= n[axis] as f64;
+            }
+            if is_inside {
+                sum += weight * f64::from(values[index as usize]);
+            }
+        }
+        sum
+    }
+
+    #[test]
+    fn density_is_trilinear_between_centres_and_fades_out_at_the_border() {
+        for n in [[5, 3, 4], [1, 1, 1], [3000, 1, 2]] {
+            let mut rng = Rng::new(n[0] as u64);
+            let values: Vec<f32> = (0..n[0] * n[1] * n[2]).map(|_| rng.uniform()).collect();
+            let grid = DensityGrid::new(n, &values);
+            let size = Vec3A::from(n.map(|n| n as f32));
+            for k in 0..20_000 {
+                let mut p = size * Vec3A::from([(); 3].map(|()| rng.uniform()));
+                if k % 3 == 0 {
+                    p = (p * 2.0).round() * 0.5; // Centres, and the planes between cells.
+                }
+                let (ours, exact) = (f64::from(grid.density(p)), trilinear(n, &values, p));
+                // Places round to half a unit of 3000.
+                let bound = 4.0 * f64::from(f32::EPSILON) * size.max_element() as f64;
+                assert!((ours - exact).abs() <= bound, "{n:?} {p}: {ours} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn the_longest_of_grids_is_looked_up_to_its_end() {
+        let mut values = vec![0.0; MAX_VOXELS];
+        values[MAX_VOXELS - 1] = 1.0;
+        let grid = DensityGrid::new([MAX_VOXELS, 1, 1], &values);
+        let at = |x: f32| grid.density(Vec3A::new(x, 0.5, 0.5));
+        let end = MAX_VOXELS as f32;
+        assert_eq!(at(end - 0.5), 1.0);
+        assert_eq!([at(end), at(end - 1.0)], [0.5; 2]);
+        assert_eq!([at(end + 1.0), at(end + 1e7), at(-1e7)], [0.5, 0.5, 0.0]);
     }
 }

@@ -194,6 +194,24 @@ fn v05_an_infinite_density_is_an_error_and_vacuum() {
 }
 
 #[test]
+fn v05_a_grid_with_a_count_of_its_own_or_without_end_is_an_error_and_vacuum() {
+    let long = tyndall::medium::grid::MAX_VOXELS + 1;
+    for (n, density, told) in [
+        ([2, 2, 1], "1 1 1".to_owned(), "needs 4 densities"),
+        ([long, 1, 1], "1 ".repeat(long), "along an axis"),
+    ] {
+        let world = grid("fog", ONE, NOTHING, n, &density)
+            + &environment(ONE)
+            + &null_box([-1.0; 3], ONE, "fog", "");
+        let (job, found) = load(&one_pixel(&volpath(5, EYE, AHEAD, &world)), None);
+        let mut errors = found.iter().filter(|f| f.is_error && f.is_located);
+        assert!(errors.any(|f| f.message.contains(told)), "{found:?}");
+        let image = rendered(&job.expect("a job").job).image;
+        assert_eq!(image.pixel(0, 0), [1.0; 3]);
+    }
+}
+
+#[test]
 fn v06_a_huge_voxel_slows_down_only_the_rays_that_pass_it() {
     // 20³ voxels of 1, one of them 10⁷. The shortest of several runs is what the machine can do.
     let seconds = |spike: &str| {
