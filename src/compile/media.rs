@@ -11,6 +11,7 @@ use crate::compile::{lookup, spectra};
 use crate::describe::description::{Frame, MediumEntity, MediumRef};
 use crate::ids::MediumId;
 use crate::math::Transform;
+
 use crate::medium::grid::MAX_VOXELS;
 use crate::medium::presets::preset;
 use crate::medium::{DensityGrid, GridMedium, Homogeneous, Medium};

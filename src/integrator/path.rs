@@ -114,6 +114,9 @@ impl Path {
         };
         let mut differential = differential;
         let mut crossings = 0;
+        // The first flight in a medium is drawn by the sampler, at the same place among its numbers for all paths.
+        let has_media = VOLUMETRIC && world.facts().has_media;
+        let mut first_depth = has_media.then(|| state.sampler.get_exponential());
         loop {
             state.counters.rays += 1;
             state.see(|state| Event::Segment {
@@ -136,7 +139,11 @@ impl Path {
                 {
                     state.light_fog(fog, hit.as_ref());
                 }
-                match medium.sample(&state.ray, t_max, state.beta, &mut state.rng) {
+                let depth = match first_depth.take() {
+                    Some(depth) => depth,
+                    None => state.rng.exponential(),
+                };
+                match medium.sample(&state.ray, t_max, state.beta, depth, &mut state.rng) {
                     MediumEvent::Pass { weight } => {
                         state.beta *= weight;
                         state.see(|_| Event::Passed { weight });

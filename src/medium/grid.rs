@@ -14,7 +14,9 @@ use glam::{Affine3A, Vec3A};
 
 use crate::math::{Ray, Transform};
 use crate::medium::homogeneous::beer_lambert;
-use crate::medium::majorant::{CELL, MajorantGrid, Segment};
+pub use crate::medium::lattice::MAX_VOXELS;
+use crate::medium::lattice::{Lattice, LatticeRay};
+use crate::medium::majorant::{MajorantGrid, Segment};
 use crate::medium::{MediumEvent, channel_weights};
 use crate::sampling::rng::Rng;
 use crate::scatter::HenyeyGreenstein;
@@ -23,56 +25,27 @@ use crate::spectrum::Rgb;
 /// A density field on a grid, in *voxel space*: cell (i, j, k) covers [i, i+1) × [j, j+1) × [k, k+1).
 #[derive(Clone, Debug)]
 pub struct DensityGrid {
-    /// Values with a border of zeros, x fastest.
-    padded: Vec<f32>,
+    lattice: Lattice,
     n: [usize; 3],
-    /// From a value to the next along y and along z.
-    strides: [usize; 2],
-    /// Largest padded coordinate.
-    limit: Vec3A,
+    /// Mean of the values that are not 0.
+    mean_inside: f32,
     majorants: MajorantGrid,
 }
-
-/// From here to twice as much, numbers of f32 are whole, and their last digits count them.
-const WHOLE: f32 = 8_388_608.0;
-const WHOLE_DIGITS: u32 = (1 << 23) - 1;
-
-/// Most voxels along an axis: places between them are numbers of f32.
-pub const MAX_VOXELS: usize = 1 << 22;
 
 impl DensityGrid {
     /// `values` holds nx·ny·nz finite, non-negative densities, x fastest; none of n is above [`MAX_VOXELS`].
     pub fn new(n: [usize; 3], values: &[f32]) -> Self {
-        assert_eq!(values.len(), n[0] * n[1] * n[2], "loading checks the count");
-        assert!(n.into_iter().all(|n| n <= MAX_VOXELS), "and the sizes");
-        let [px, py, pz] = n.map(|n| n + 2);
-        let mut padded = vec![0.0; px * py * pz];
-        for (row, line) in values.chunks_exact(n[0]).enumerate() {
-            let (y, z) = (row % n[1], row / n[1]);
-            let start = ((z + 1) * py + y + 1) * px + 1;
-            padded[start..start + n[0]].copy_from_slice(line);
-        }
-        // Within lo..=hi interpolation reads the values around lo − ½ … hi + ½, which are these padded entries. The
-        // bound holds up to half a voxel beyond the box, more than any rounding along a ray.
+        let lattice = Lattice::new(n, values);
         let majorants = MajorantGrid::new(n, |lo, hi| {
-            let mut bound = 0f32;
-            for z in lo[2]..=hi[2] + 1 {
-                for y in lo[1]..=hi[1] + 1 {
-                    let line = (z * py + y) * px;
-                    bound = padded[line + lo[0]..=line + hi[0] + 1]
-                        .iter()
-                        .copied()
-                        .fold(bound, f32::max);
-                }
-            }
             // Interpolation may round up.
-            bound * (1.0 + 8.0 * f32::EPSILON)
+            lattice.largest_within(lo, hi) * (1.0 + 8.0 * f32::EPSILON)
         });
+        let inside = values.iter().filter(|&&value| value > 0.0);
+        let sum: f64 = inside.clone().map(|&value| f64::from(value)).sum();
         Self {
-            padded,
+            lattice,
             n,
-            strides: [px, px * py],
-            limit: Vec3A::from(n.map(|n| n as f32)) + 0.5,
+            mean_inside: (sum / inside.count().max(1) as f64) as f32,
             majorants,
         }
     }
@@ -80,76 +53,39 @@ impl DensityGrid {
     /// Interpolated density at a point of voxel space inside the grid's box.
     #[inline]
     pub fn density(&self, p: Vec3A) -> f32 {
-        // Padded coordinate: value i sits at i + 1, its cell centre at i + ½.
-        let q = (p + 0.5).clamp(Vec3A::splat(0.5), self.limit);
-        // The number below q ≥ ½ is the last digits of q − ½ + 2²³, rounded; at whole numbers it may be the one before,
-        // with the same interpolation.
-        let rounded = q + (WHOLE - 0.5);
-        let f = q - (rounded - WHOLE);
-        let [x, y, z] = rounded
-            .to_array()
-            .map(|c| (c.to_bits() & WHOLE_DIGITS) as usize);
-        let base = z * self.strides[1] + y * self.strides[0] + x;
-        let line = |offset: usize| {
-            let v = &self.padded[base + offset..][..2];
-            v[0] + f.x * (v[1] - v[0])
-        };
-        let lerp = |a: f32, b: f32, t: f32| a + t * (b - a);
-        let [row, plane] = self.strides;
-        let low = lerp(line(0), line(row), f.y);
-        let high = lerp(line(plane), line(plane + row), f.y);
-        lerp(low, high, f.z)
+        self.lattice.density(p)
     }
 
-    /// Integral of the density along o + t d, t in (0, `t_max`), o and d in voxel space. Between the planes through the
-    /// centres of voxels the interpolated density is a cubic polynomial of t, which two points integrate exactly (Gauss
-    /// and Legendre).
-    fn column(&self, o: Vec3A, d: Vec3A, t_max: f32) -> f64 {
-        // Distance of the points from the middle, over half the length.
-        const POINT: f32 = 0.577_350_26;
-        let inverse_d = d.recip();
+    /// Integral of the density along o + t d, t in (0, `t_max`), o and d in voxel space, if it is below `limit`; the
+    /// distance at which it reaches `limit`, if it is not.
+    #[inline]
+    fn column(&self, o: Vec3A, d: Vec3A, t_max: f32, limit: f64) -> Column {
+        let ray = LatticeRay::new(o, d);
         let mut column = 0.0;
         for Segment { t0, t1, .. } in self.majorants.walk(o, d, t_max) {
-            let start = o + d * t0 + 0.5;
-            let mut plane = Vec3A::select(
-                d.cmpgt(Vec3A::ZERO),
-                start.floor() + 1.0,
-                start.ceil() - 1.0,
-            );
-            let mut t = t0;
-            // A segment lies in a cell of the majorants, which so many planes cut.
-            for _ in 0..3 * (CELL + 2) {
-                let crossings = (plane - 0.5 - o) * inverse_d;
-                let mut end = t1;
-                for axis in 0..3 {
-                    if d[axis] != 0.0 && crossings[axis] <= end {
-                        end = crossings[axis];
-                    }
+            for piece in self.lattice.pieces(&ray, t0, t1) {
+                let longer = column + f64::from(self.lattice.column(&ray, &piece));
+                if longer >= limit {
+                    return Column::Reached(self.lattice.reach(&ray, &piece, limit - column));
                 }
-                for axis in 0..3 {
-                    if d[axis] != 0.0 && crossings[axis] <= end {
-                        plane[axis] += d[axis].signum();
-                    }
-                }
-                if end > t {
-                    let (middle, half) = (0.5 * (t + end), 0.5 * (end - t));
-                    let at = |t: f32| f64::from(self.density(o + d * t));
-                    column +=
-                        f64::from(half) * (at(middle - POINT * half) + at(middle + POINT * half));
-                    t = end;
-                }
-                if t >= t1 {
-                    break;
-                }
+                column = longer;
             }
         }
-        column
+        Column::Below(column)
     }
 
     /// Largest density anywhere.
     pub fn max(&self) -> f32 {
         self.majorants.max()
     }
+}
+
+/// What a ray meets of a density field.
+enum Column {
+    /// All in all, which is below what was asked for.
+    Below(f64),
+    /// What was asked for, at a distance.
+    Reached(f32),
 }
 
 /// A medium whose coefficients are multiplied by a density field.
@@ -163,10 +99,14 @@ pub struct GridMedium {
     pub phase: HenyeyGreenstein,
     /// Extinction is the same in every channel.
     is_grey: bool,
+    /// Voxels with density are so thick that integrals over them are less work than dice.
+    is_thick: bool,
 }
 
-/// Transmittance below which ratio tracking plays Russian roulette.
+/// Transmittance below which Russian roulette is played.
 const ROULETTE_BELOW: f32 = 0.1;
+/// Optical depth of a voxel, on average over those with density, from which on integrals are less work than dice.
+const THICK: f64 = 0.1;
 
 impl GridMedium {
     /// `sigma_a`, `sigma_s` per unit of render space at density 1; `unit_from_render` maps the grid's box to [0, 1]³.
@@ -184,6 +124,9 @@ impl GridMedium {
             Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3());
         let sigma_t = sigma_a + sigma_s;
         let is_grey = sigma_t.min_component() == sigma_t.max_component();
+        // The edge of a cube as large as a voxel.
+        let edge = affine.matrix3.determinant().abs().cbrt().recip();
+        let depth = f64::from(sigma_t.max_component()) * f64::from(density.mean_inside) * edge;
         Self {
             density,
             voxel_from_render,
@@ -191,6 +134,7 @@ impl GridMedium {
             sigma_s,
             phase,
             is_grey,
+            is_thick: depth >= THICK,
         }
     }
 
@@ -207,18 +151,19 @@ impl GridMedium {
     }
 
     /// Runs through the tentative collisions of a Poisson process whose rate is the local majorant times
-    /// `sigma`. `collide(t, ratio)` receives each one with density / majorant in [0, 1] and ends the run by `Some`.
+    /// `sigma`, the first of them at the optical depth `depth`. `collide(t, ratio)` receives each one with
+    /// density / majorant in [0, 1] and ends the run by `Some`.
     #[inline]
     fn track<T>(
         &self,
         ray: &Ray,
         t_max: f32,
         sigma: f32,
+        mut depth: f32,
         rng: &mut Rng,
         mut collide: impl FnMut(f32, f32, &mut Rng) -> Option<T>,
     ) -> Option<T> {
         let (o, d) = self.voxel_ray(ray);
-        let mut depth = rng.exponential();
         for Segment { t0, t1, majorant } in self.density.majorants.walk(o, d, t_max) {
             let rate = sigma * majorant;
             let mut t = t0;
@@ -239,9 +184,17 @@ impl GridMedium {
         None
     }
 
-    /// Delta tracking (Woodcock 1965) under local majorants; coloured extinction by spectral tracking (Kutz et al.
-    /// 2017), where the throughput of the path decides between real and null collisions.
-    pub(super) fn sample(&self, ray: &Ray, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
+    /// Exactly where grey voxels are thick, by delta tracking (Woodcock 1965) under local majorants where they are thin;
+    /// coloured extinction by spectral tracking (Kutz et al. 2017), where the throughput of the path decides between real
+    /// and null collisions.
+    pub(super) fn sample(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        beta: Rgb,
+        depth: f32,
+        rng: &mut Rng,
+    ) -> MediumEvent {
         if self.sigma_s.is_black() {
             return MediumEvent::Pass {
                 weight: self.transmittance(ray, t_max, rng),
@@ -249,19 +202,27 @@ impl GridMedium {
         }
         let sigma = self.sigma_t.max_component();
         if self.is_grey {
-            let albedo = self.sigma_s * (1.0 / sigma);
-            return self
-                .track(ray, t_max, sigma, rng, |t, ratio, rng| {
+            let t = if self.is_thick {
+                let (o, d) = self.voxel_ray(ray);
+                let limit = f64::from(depth) / f64::from(sigma);
+                match self.density.column(o, d, t_max, limit) {
+                    Column::Below(_) => None,
+                    Column::Reached(t) => Some(t),
+                }
+            } else {
+                self.track(ray, t_max, sigma, depth, rng, |t, ratio, rng| {
                     (rng.uniform() < ratio).then_some(t)
                 })
-                .map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| {
-                    MediumEvent::Scatter { t, weight: albedo }
-                });
+            };
+            let albedo = self.sigma_s * (1.0 / sigma);
+            return t.map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| {
+                MediumEvent::Scatter { t, weight: albedo }
+            });
         }
         let relative = self.sigma_t * (1.0 / sigma);
         let scattering = self.sigma_s * (1.0 / sigma);
         let mut weight = Rgb::ONE;
-        let scattered = self.track(ray, t_max, sigma, rng, |t, ratio, rng| {
+        let scattered = self.track(ray, t_max, sigma, depth, rng, |t, ratio, rng| {
             let real = relative * ratio;
             let q = channel_weights(beta * weight);
             let p_real = (q.r() * real.r() + q.g() * real.g() + q.b() * real.b()).min(1.0);
@@ -278,17 +239,18 @@ impl GridMedium {
         }
     }
 
-    /// Ratio tracking (Novák et al. 2014) under local majorants, with Russian roulette once little is left. A medium that
-    /// only absorbs needs no dice.
+    /// Exactly where voxels are thick or only absorb, by ratio tracking (Novák et al. 2014) under local majorants where
+    /// they are thin; with Russian roulette once little is left.
     pub(super) fn transmittance(&self, ray: &Ray, t_max: f32, rng: &mut Rng) -> Rgb {
-        if self.sigma_s.is_black() {
-            let (o, d) = self.voxel_ray(ray);
-            return beer_lambert(self.sigma_t, self.density.column(o, d, t_max) as f32);
+        let only_absorbs = self.sigma_s.is_black();
+        if self.is_thick || only_absorbs {
+            return self.exact_transmittance(ray, t_max, (!only_absorbs).then_some(rng));
         }
         let sigma = self.sigma_t.max_component();
         let relative = self.sigma_t * (1.0 / sigma);
         let mut tr = Rgb::ONE;
-        let absorbed = self.track(ray, t_max, sigma, rng, |_, ratio, rng| {
+        let depth = rng.exponential();
+        let absorbed = self.track(ray, t_max, sigma, depth, rng, |_, ratio, rng| {
             tr *= (Rgb::ONE - relative * ratio).clamp_negative();
             let left = tr.max_component();
             if left < ROULETTE_BELOW {
@@ -302,6 +264,29 @@ impl GridMedium {
             None
         });
         if absorbed.is_some() { Rgb::BLACK } else { tr }
+    }
+
+    /// By the integral of the density. With dice the end is played for, beyond [`ROULETTE_BELOW`], by what is left in
+    /// the channel in which most is.
+    #[inline]
+    fn exact_transmittance(&self, ray: &Ray, t_max: f32, dice: Option<&mut Rng>) -> Rgb {
+        let (o, d) = self.voxel_ray(ray);
+        let sigma = self.sigma_t.min_component();
+        let certain = f64::from(-ROULETTE_BELOW.ln());
+        let limit = match dice {
+            Some(rng) if sigma > 0.0 => (certain + f64::from(rng.exponential())) / f64::from(sigma),
+            _ => f64::INFINITY,
+        };
+        let Column::Below(column) = self.density.column(o, d, t_max, limit) else {
+            return Rgb::BLACK;
+        };
+        if limit == f64::INFINITY {
+            return beer_lambert(self.sigma_t, column as f32);
+        }
+        let depth = column * f64::from(sigma);
+        // Survivors carry what the others lost: relative to that channel, which keeps what is certain.
+        let excess = self.sigma_t - Rgb::splat(sigma);
+        beer_lambert(excess, column as f32) * (-depth.min(certain)).exp() as f32
     }
 }
 

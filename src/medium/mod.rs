@@ -5,6 +5,7 @@
 
 pub mod grid;
 pub mod homogeneous;
+mod lattice;
 pub mod majorant;
 pub mod presets;
 
@@ -65,13 +66,21 @@ impl Medium {
     }
 
     /// Draws what happens to a path of throughput `beta` on the segment (0, `t_max`) of the ray; `t_max` may be ∞.
+    /// `depth` is the exponential variate of mean 1 that the length of the flight is drawn by.
     ///
     /// Unbiased for each channel. `beta` decides only which channel guides the choice.
     #[inline]
-    pub fn sample(&self, ray: &Ray, t_max: f32, beta: Rgb, rng: &mut Rng) -> MediumEvent {
+    pub fn sample(
+        &self,
+        ray: &Ray,
+        t_max: f32,
+        beta: Rgb,
+        depth: f32,
+        rng: &mut Rng,
+    ) -> MediumEvent {
         match self {
-            Self::Homogeneous(medium) => medium.sample(t_max, beta, rng),
-            Self::Grid(medium) => medium.sample(ray, t_max, beta, rng),
+            Self::Homogeneous(medium) => medium.sample(t_max, beta, depth, rng),
+            Self::Grid(medium) => medium.sample(ray, t_max, beta, depth, rng),
         }
     }
 

@@ -21,7 +21,7 @@ pub mod owen;
 mod sobol;
 mod stratified;
 
-use crate::sampling::rng::{Rng, mix_bits, unit_f32};
+use crate::sampling::rng::{Rng, exponential_from_bits, mix_bits, unit_f32};
 
 /// How the points of a pixel are laid out.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -129,6 +129,13 @@ impl Sampler {
         let rest = mix_bits(key ^ mix_bits(self.sample as u64)) >> 43;
         let bits = u64::from(self.fraction(key)) << 21 | rest;
         bits as f64 * (0.5 / (1u64 << 52) as f64)
+    }
+
+    /// The next dimension as an exponential variate of mean 1, in (0, 45).
+    #[inline]
+    pub fn get_exponential(&mut self) -> f32 {
+        let bits = (self.get_1d_fine() * (1u64 << 53) as f64) as u64;
+        exponential_from_bits(bits << 11)
     }
 
     /// The next two dimensions, uniform in [0, 1)².
