@@ -54,7 +54,8 @@ pub struct Counters {
     pub shadow: ShadowTally,
     /// Collisions with a medium that scattered.
     pub medium_scatterings: u64,
-    /// Paths given up because they crossed more null surfaces in a row than a straight ray can meet.
+    /// Paths given up because they crossed more null surfaces, or surfaces that cast no shadow, in a row than a straight
+    /// ray can meet.
     pub stuck_paths: u64,
     /// Rays of paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
     pub leaked_paths: u64,
