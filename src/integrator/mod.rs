@@ -17,7 +17,7 @@ use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
-use crate::world::{LightStrategy, ShadowTally, World};
+use crate::world::{ShadowTally, World};
 pub use ambient_occlusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
 pub use direct::{Direct, LightSampling};
@@ -133,17 +133,7 @@ impl Integrator {
             Self::Direct(direct) => direct.li(world, ray, differential, sampler, counters),
             Self::AmbientOcclusion(ambient) => ambient.li(world, ray, sampler, counters),
             Self::Bdpt(bdpt) => bdpt.li(world, ray, sampler, counters),
-            // A single ray needs no chain: what chains estimate is what they visit.
-            Self::Mlt(mlt) => {
-                let light_strategy = LightStrategy::Power;
-                let max_depth = mlt.max_depth;
-                let bdpt = Bdpt {
-                    max_depth,
-                    light_strategy,
-                    visualized: None,
-                };
-                bdpt.li(world, ray, sampler, counters)
-            }
+            Self::Mlt(mlt) => mlt.without_chains().li(world, ray, sampler, counters),
         }
     }
 }
