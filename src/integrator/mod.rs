@@ -24,7 +24,7 @@ pub use direct::{Direct, LightSampling};
 pub use mlt::Mlt;
 pub use path::Path;
 pub use sppm::Sppm;
-use trace::{Observer, Unobserved};
+use trace::Observer;
 
 /// A light transport algorithm.
 #[derive(Clone, Copy, Debug)]
@@ -82,27 +82,15 @@ impl Counters {
 }
 
 impl Integrator {
-    /// Radiance that arrives along a camera ray; of photon mapping, the part that needs no photons.
-    pub fn li(
-        &self,
-        world: &World,
-        ray: Ray,
-        differential: Option<&RayDifferential>,
-        sampler: &mut Sampler,
-        counters: &mut Counters,
-    ) -> Rgb {
-        let nobody = &mut Unobserved;
-        self.li_observed(world, ray, differential, sampler, counters, nobody)
-    }
-
     /// Whether an observer is told what happens along a path.
     pub fn is_observable(&self) -> bool {
         matches!(self, Self::Path(_) | Self::VolPath(_))
     }
 
-    /// The same radiance, and to the bit; the observer is told how it comes about if the integrator
+    /// Radiance that arrives along a camera ray: of photon mapping, the part that needs no photons; of Markov chains,
+    /// what they converge to. An observer changes no bit of it, and is told how it comes about if the integrator
     /// [can tell](Self::is_observable).
-    pub fn li_observed(
+    pub fn li(
         &self,
         world: &World,
         ray: Ray,
