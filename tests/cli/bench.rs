@@ -142,7 +142,7 @@ fn a_peer_that_fails_is_a_row_and_no_end() {
          [peer.broken]\ncommand = \"sh -c 'echo no licence; exit 7'\"\n\
          [peer.missing]\ncommand = \"./no-such-renderer {{scene}}\"\n\
          [peer.silent]\ncommand = \"true\"\n\
-         [peer.slow]\ncommand = \"sleep 600\"\nversion = \"sh -c 'echo 1; sleep 600'\"\n\
+         [peer.slow]\ncommand = \"sleep 600\"\nversion = \"sh -c 'echo 1; exec sleep 600'\"\n\
          [peer.other]\ncommand = \"cp {{suite}}/ball.exr {{out}}\"\n"
     );
     room.run("--quiet --quick ball.pbrt").ends_with(0);
