@@ -4,7 +4,7 @@ mod fourier;
 mod models;
 mod subsurface;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
@@ -30,6 +30,10 @@ pub(super) struct MaterialBuilder {
     ids: Vec<Option<MaterialId>>,
     /// By entity: the latest copy for shapes that override parameters.
     private: Vec<Option<MaterialId>>,
+    /// By entity: what a mixture is mixed of, for it and all its copies.
+    parts: HashMap<usize, [MaterialId; 2]>,
+    /// What was said of materials, so that copies do not say it again.
+    said: Said,
     /// By file name.
     tables: HashMap<String, FourierTableId>,
     built: Materials,
@@ -44,6 +48,8 @@ impl MaterialBuilder {
         Self {
             ids: vec![None; entities.len()],
             private: vec![None; entities.len()],
+            parts: HashMap::new(),
+            said: Said::default(),
             entities,
             tables: HashMap::new(),
             built: Materials::default(),
@@ -113,11 +119,7 @@ impl MaterialBuilder {
         // What the shape shares with the material was reported with it; what only the shape names was not.
         let mut found = Diagnostics::default();
         let material = self.material(index, Some(shape), textures, &mut found);
-        for finding in found.list {
-            if !diagnostics.iter().any(|known| is_same(known, &finding)) {
-                diagnostics.push(finding);
-            }
-        }
+        self.said.add(found, diagnostics);
         // A mixture of too many lobes is too large as a copy as well.
         material.filter(|material| match &material.model {
             Model::Mix(mix) => self.lobes_of(mix) <= MAX_LOBES,
@@ -234,8 +236,15 @@ impl MaterialBuilder {
         textures: &mut TextureBuilder,
         diagnostics: &mut Diagnostics,
     ) -> Material {
-        let [first, second] = ["namedmaterial1", "namedmaterial2"]
-            .map(|name| self.part(index, name, textures, diagnostics));
+        let [first, second] = match self.parts.get(&index) {
+            Some(parts) => *parts,
+            None => {
+                let parts = ["namedmaterial1", "namedmaterial2"]
+                    .map(|name| self.part(index, name, textures, diagnostics));
+                self.parts.insert(index, parts);
+                parts
+            }
+        };
         let Some(plugin) = Family::Material.find("mix") else {
             return models::default_matte();
         };
@@ -316,15 +325,35 @@ impl MaterialBuilder {
     }
 }
 
+/// Findings by what they say of which place.
+#[derive(Default)]
+struct Said {
+    /// Findings of the whole list that are known here.
+    n_known: usize,
+    known: HashSet<(&'static str, Option<Span>, String)>,
+}
+
+impl Said {
+    /// Adds those of the findings to the whole list that say something new. It must be the same list each time.
+    fn add(&mut self, findings: Diagnostics, all: &mut Diagnostics) {
+        let key = |finding: &Diagnostic| (finding.code, finding.span, finding.message.clone());
+        if findings.is_empty() {
+            return;
+        }
+        self.known.extend(all.list[self.n_known..].iter().map(key));
+        for finding in findings {
+            if self.known.insert(key(&finding)) {
+                all.push(finding);
+            }
+        }
+        self.n_known = all.len();
+    }
+}
+
 fn bright_material(span: Span, albedo: f64) -> Diagnostic {
     let message = format!("this material sends back up to {albedo:.2} times the light it receives");
     Diagnostic::warning("bright-material", span, message)
         .with_help("reflectances that add up to at most 1 keep long paths from growing brighter")
-}
-
-/// Whether two findings say the same of the same place.
-fn is_same(a: &Diagnostic, b: &Diagnostic) -> bool {
-    (a.code, a.span, &a.message) == (b.code, b.span, &b.message)
 }
 
 fn null_part(span: Span) -> Diagnostic {

@@ -24,11 +24,18 @@ use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::{Span, Spanned};
 
 use crate::accel::Bvh;
+use crate::compile::geometry::{Builders, Loaded};
+use crate::compile::materials::MaterialBuilder;
+use crate::compile::media::Media;
+use crate::compile::options::IntegratorOptions;
 use crate::compile::reader::ParamReader;
+use crate::compile::space::RenderSpace;
+use crate::compile::textures::TextureBuilder;
 use crate::describe::description::Frame;
-use crate::ids::MediumId;
+use crate::ids::{LightId, MediumId};
 use crate::image::PixelRect;
 use crate::integrator::Integrator;
+use crate::material::Materials;
 use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
@@ -107,89 +114,14 @@ fn build(
     let camera = camera::camera(frame, film.as_ref(), assets, diagnostics);
 
     let loaded = geometry::load(frame, assets, diagnostics);
-    let skipped_objects = loaded.skipped_objects(&frame.objects);
     let (film, samples, integrator, camera) = (film?, samples?, integrator?, camera?);
-    let space = space::RenderSpace::new(loaded.world_bounds(), camera.position());
-
-    let mut builders = geometry::Builders {
-        media: media::Media::new(frame, &space, assets, integrator.volumetric),
-        textures: textures::TextureBuilder::new(frame, &space, assets),
-        materials: materials::MaterialBuilder::new(frame, &space),
-        assets,
-        heeds_shadow_masks: matches!(
-            integrator.integrator,
-            Integrator::Path(_) | Integrator::Direct(_) | Integrator::Sppm(_)
-        ),
-    };
-    let mut parts = WorldParts {
+    let space = RenderSpace::new(loaded.world_bounds(), camera.position());
+    let contents = contents(frame, loaded, &space, &integrator, assets, diagnostics)?;
+    let parts = WorldParts {
         light_strategy: integrator.light_strategy,
         shutter: camera.shutter(),
-        ..WorldParts::default()
+        ..contents.parts
     };
-    loaded.place(frame, &space, &mut builders, &mut parts, diagnostics);
-    fit_in_hierarchies(&parts, frame.span, diagnostics)?;
-    parts.camera_medium = match frame.camera.medium {
-        Some(medium) => builders.media.id(medium, diagnostics),
-        None => MediumId::NONE,
-    };
-    let lights = lights::build(
-        frame,
-        &space,
-        assets,
-        &mut builders.media,
-        &mut parts,
-        diagnostics,
-    );
-    let needs_light = !matches!(integrator.integrator, Integrator::AmbientOcclusion(_));
-    if parts.lights.is_empty() && needs_light {
-        diagnostics.push(
-            Diagnostic::warning("no-lights", frame.span, "the scene has no lights")
-                .with_help("the picture will be black"),
-        );
-    }
-
-    let geometry::Builders {
-        media,
-        textures,
-        materials,
-        ..
-    } = builders;
-    let skipped = Skipped {
-        textures: textures.skipped(),
-        materials: materials.skipped(),
-        media: media.skipped(),
-        objects: skipped_objects,
-    };
-    parts.materials = materials.finish(diagnostics);
-    parts.textures = textures.finish();
-    let ignores_media = media.is_ignored();
-    let (media, medium_names) = media.finish();
-    parts.media = media;
-    let kind = &frame.integrator.kind;
-    let name = integrator.name;
-    let mut warn_of_ignored = |what: &str, instead: &str| {
-        diagnostics.push(
-            Diagnostic::warning(
-                "ignored-scattering",
-                kind.span,
-                format!("\"{name}\" ignores {what}"),
-            )
-            .with_help(format!("{instead} renders it")),
-        );
-    };
-    if ignores_media {
-        warn_of_ignored("the media of the scene", "\"volpath\"");
-    }
-    let spreads_light = matches!(
-        integrator.integrator,
-        Integrator::Path(_) | Integrator::VolPath(_)
-    );
-    if !spreads_light && parts.materials.let_light_in() {
-        warn_of_ignored(
-            "the light that spreads below surfaces",
-            "\"path\" or \"volpath\"",
-        );
-    }
     let job = Job {
         world: World::new(parts),
         camera: camera.place(&space),
@@ -203,18 +135,118 @@ fn build(
     };
     let places = surroundings::Places {
         camera: frame.camera.entity.span,
-        lights,
+        lights: contents.lights,
     };
-    surroundings::check(&job, &medium_names, &places, diagnostics);
+    surroundings::check(&job, &contents.medium_names, &places, diagnostics);
     Some(Compiled {
         job,
         world_from_render: space.world_from_render(),
-        medium_names,
+        medium_names: contents.medium_names,
         filename: film.filename,
         frame: film.frame,
         integrator: integrator.name,
+        skipped: contents.skipped,
+    })
+}
+
+/// What stands in a world, in render space.
+struct Contents {
+    parts: WorldParts,
+    medium_names: Vec<String>,
+    /// Lights that are no surfaces, and their places in the file.
+    lights: Vec<(LightId, Span)>,
+    skipped: Skipped,
+}
+
+/// Builds what shapes, camera and lights lead to. `None` if that is more than a world can hold.
+fn contents(
+    frame: &mut Frame,
+    loaded: Loaded,
+    space: &RenderSpace,
+    integrator: &IntegratorOptions,
+    assets: &dyn Assets,
+    diagnostics: &mut Diagnostics,
+) -> Option<Contents> {
+    let skipped_objects = loaded.skipped_objects(&frame.objects);
+    let mut builders = Builders {
+        media: Media::new(frame, space, assets, integrator.volumetric),
+        textures: TextureBuilder::new(frame, space, assets),
+        materials: MaterialBuilder::new(frame, space),
+        assets,
+        heeds_shadow_masks: matches!(
+            integrator.integrator,
+            Integrator::Path(_) | Integrator::Direct(_) | Integrator::Sppm(_)
+        ),
+    };
+    let mut parts = WorldParts::default();
+    loaded.place(frame, space, &mut builders, &mut parts, diagnostics);
+    fit_in_hierarchies(&parts, frame.span, diagnostics)?;
+    let Builders {
+        mut media,
+        textures,
+        materials,
+        ..
+    } = builders;
+    parts.camera_medium = match frame.camera.medium {
+        Some(medium) => media.id(medium, diagnostics),
+        None => MediumId::NONE,
+    };
+    let lights = lights::build(frame, space, assets, &mut media, &mut parts, diagnostics);
+    let needs_light = !matches!(integrator.integrator, Integrator::AmbientOcclusion(_));
+    if parts.lights.is_empty() && needs_light {
+        diagnostics.push(
+            Diagnostic::warning("no-lights", frame.span, "the scene has no lights")
+                .with_help("the picture will be black"),
+        );
+    }
+    let skipped = Skipped {
+        textures: textures.skipped(),
+        materials: materials.skipped(),
+        media: media.skipped(),
+        objects: skipped_objects,
+    };
+    parts.materials = materials.finish(diagnostics);
+    parts.textures = textures.finish();
+    let kind = frame.integrator.kind.span;
+    warn_of_ignored_scattering(integrator, kind, &media, &parts.materials, diagnostics);
+    let medium_names;
+    (parts.media, medium_names) = media.finish();
+    Some(Contents {
+        parts,
+        medium_names,
+        lights,
         skipped,
     })
+}
+
+/// Tells of scattering that the integrator, named at `kind`, leaves out.
+fn warn_of_ignored_scattering(
+    integrator: &IntegratorOptions,
+    kind: Span,
+    media: &Media,
+    materials: &Materials,
+    diagnostics: &mut Diagnostics,
+) {
+    let mut warn = |what: &str, instead: &str| {
+        let message = format!("\"{}\" ignores {what}", integrator.name);
+        diagnostics.push(
+            Diagnostic::warning("ignored-scattering", kind, message)
+                .with_help(format!("{instead} renders it")),
+        );
+    };
+    if media.is_ignored() {
+        warn("the media of the scene", "\"volpath\"");
+    }
+    let spreads_light = matches!(
+        integrator.integrator,
+        Integrator::Path(_) | Integrator::VolPath(_)
+    );
+    if !spreads_light && materials.let_light_in() {
+        warn(
+            "the light that spreads below surfaces",
+            "\"path\" or \"volpath\"",
+        );
+    }
 }
 
 /// Refuses more shapes than a hierarchy has numbers for.
@@ -282,7 +314,7 @@ mod tests {
     use tyndall_parser::source::Sources;
 
     use super::*;
-    use crate::ids::{LightId, MaterialId, ObjectId};
+    use crate::ids::{MaterialId, ObjectId};
     use crate::shape::{Mesh, Shape};
     use crate::world::{Cutout, Geometry};
 

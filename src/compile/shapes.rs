@@ -1,6 +1,5 @@
 //! Reading shapes: parameters and files to geometry in object space.
 
-use glam::DVec3;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::Span;
@@ -12,9 +11,10 @@ use crate::describe::description::{ShapeEntity, TextureRef};
 use crate::shape::Mesh;
 use crate::shape::curve::CurveSource;
 use crate::shape::ply::{self, PlyMesh};
-use crate::shape::quadric::{Disk, Form, Paraboloid, Sphere, cone, cylinder, hyperboloid};
+use crate::shape::quadric::Form;
 
 mod curves;
+mod quadrics;
 mod surfaces;
 
 const INSTEAD: &str = "the shape is left out";
@@ -68,62 +68,13 @@ pub(super) fn read_shape(
     let entity = &mut shape.entity;
     let mut p = ParamReader::taking(plugin, entity, diagnostics);
     let mut masks = Masks::NONE;
-    let phi_max = |p: &mut ParamReader| (p.float("phimax") as f64).to_radians();
     let local = match plugin.schema.name {
-        "sphere" => {
-            let radius = p.float("radius") as f64;
-            let z_min = p.optional_float("zmin").map_or(-radius, f64::from);
-            let z_max = p.optional_float("zmax").map_or(radius, f64::from);
-            Some(Local::Form(Form::Sphere(Sphere::new(
-                radius,
-                z_min,
-                z_max,
-                phi_max(&mut p),
-            ))))
-        }
-        "disk" => {
-            let height = p.float("height") as f64;
-            let (radius, inner) = (p.float("radius") as f64, p.float("innerradius") as f64);
-            Some(Local::Form(Form::Disk(Disk::new(
-                height,
-                radius,
-                inner,
-                phi_max(&mut p),
-            ))))
-        }
-        "cylinder" => {
-            let radius = p.float("radius") as f64;
-            let (z_min, z_max) = (p.float("zmin") as f64, p.float("zmax") as f64);
-            let form = cylinder(radius, z_min, z_max, phi_max(&mut p));
-            Some(Local::Form(Form::Sweep(form)))
-        }
-        "cone" => {
-            let (radius, height) = (p.float("radius") as f64, p.float("height") as f64);
-            let form = cone(radius, height, phi_max(&mut p));
-            if height < 0.0 {
-                let message = format!("a cone of height {height} has its tip below its base");
-                let span = p.span("height");
-                p.report(Diagnostic::warning("no-area", span, message).with_label(INSTEAD));
-                None
-            } else {
-                Some(Local::Form(Form::Sweep(form)))
-            }
-        }
-        "paraboloid" => {
-            let radius = p.float("radius") as f64;
-            let (z_min, z_max) = (p.float("zmin") as f64, p.float("zmax") as f64);
-            Some(Local::Form(Form::Paraboloid(Paraboloid::new(
-                radius,
-                z_min,
-                z_max,
-                phi_max(&mut p),
-            ))))
-        }
-        "hyperboloid" => {
-            let [p1, p2] = ["p1", "p2"].map(|name| DVec3::from(p.point3(name).map(f64::from)));
-            let form = hyperboloid(p1, p2, phi_max(&mut p));
-            Some(Local::Form(Form::Sweep(form)))
-        }
+        "sphere" => Some(Local::Form(quadrics::sphere(&mut p))),
+        "disk" => Some(Local::Form(quadrics::disk(&mut p))),
+        "cylinder" => Some(Local::Form(quadrics::cylinder(&mut p))),
+        "cone" => quadrics::cone(&mut p).map(Local::Form),
+        "paraboloid" => Some(Local::Form(quadrics::paraboloid(&mut p))),
+        "hyperboloid" => Some(Local::Form(quadrics::hyperboloid(&mut p))),
         "trianglemesh" => {
             masks = read_masks(&mut p);
             triangle_mesh(&mut p).map(Local::Mesh)

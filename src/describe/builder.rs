@@ -2,7 +2,7 @@
 
 use super::description::{Frame, SceneDescription};
 use super::names::Suggester;
-use super::state::{Block, Draft, Interface};
+use super::state::{Block, Draft};
 use super::transform;
 use glam::DMat4;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
@@ -48,33 +48,13 @@ impl Builder {
             Directive::Rotate { degrees, axis } => {
                 self.multiply("Rotate", span, transform::rotate(degrees, axis, span));
             }
-            Directive::LookAt { eye, target, up } => {
-                let matrix = self.warned(transform::look_at(eye, target, up, span));
-                self.multiply("LookAt", span, matrix);
-            }
-            Directive::Transform(numbers) => {
-                match self.warned(transform::matrix(numbers, "Transform", span)) {
-                    Ok(matrix) => self.change_ctm("Transform", span, |_| matrix),
-                    Err(refused) => self.diagnostics.push(*refused),
-                }
-            }
-            Directive::ConcatTransform(numbers) => {
-                let matrix = self.warned(transform::matrix(numbers, "ConcatTransform", span));
-                self.multiply("ConcatTransform", span, matrix);
-            }
-            Directive::CoordinateSystem(name) => {
-                self.draft
-                    .coordinate_systems
-                    .insert(name.value, (self.draft.ctm.pair, name.span));
-            }
+            Directive::LookAt { eye, target, up } => self.look_at(eye, target, up, span),
+            Directive::Transform(numbers) => self.transform(numbers, span),
+            Directive::ConcatTransform(numbers) => self.concat_transform(numbers, span),
+            Directive::CoordinateSystem(name) => self.coordinate_system(name),
             Directive::CoordSysTransform(name) => self.coord_sys_transform(&name),
             Directive::ActiveTransform(active) => self.draft.ctm.active = active,
-            Directive::TransformTimes(times) => {
-                match transform::finite(&times, "TransformTimes", span) {
-                    Ok(()) => self.draft.options.transform_times = Some(times),
-                    Err(refused) => self.diagnostics.push(*refused),
-                }
-            }
+            Directive::TransformTimes(times) => self.transform_times(times, span),
             Directive::PixelFilter(plugin) => {
                 self.draft.options.filter = Some(self.entity(plugin, span))
             }
@@ -91,9 +71,7 @@ impl Builder {
             Directive::Camera(plugin) => self.camera(plugin, span),
             Directive::MakeNamedMedium(plugin) => self.make_named_medium(plugin, span),
             Directive::MediumInterface { inside, outside } => {
-                let outside = outside.unwrap_or_else(|| inside.clone());
-                self.draft.graphics.interface = Some(self.draft.interfaces.len());
-                self.draft.interfaces.push(Interface { inside, outside });
+                self.medium_interface(inside, outside);
             }
             Directive::WorldBegin => self.world_begin(span),
             Directive::WorldEnd => self.world_end(span),

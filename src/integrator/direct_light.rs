@@ -124,29 +124,95 @@ impl<'a> LitPoint<'a> {
         let weight = |light: LightId, pdf_light: f32| {
             power_heuristic(n_found * drawn.pdf_w, n_samples(light) * pdf_light)
         };
-        let mut ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
-        let mut light = Rgb::BLACK;
-        // The ray passes what casts no shadow.
-        for _ in 0..=world.max_crossings() {
-            counters.rays += 1;
-            let Some(hit) = world.closest(&ray, f32::INFINITY) else {
-                for (id, infinite) in world.infinite_lights() {
-                    let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.facing);
-                    light += le * weight(id, pdf_w);
-                }
-                break;
-            };
-            let surface = world.surface(&ray, &hit);
-            if let Some((id, le)) = world.emitted(&hit, &surface, -ray.d)
-                && !le.is_black()
-            {
-                light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
-            }
-            if !world.casts_no_shadow(hit.target, &hit.at, &ray) {
-                break;
-            }
-            ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
-        }
+        let ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
+        let light = light_along(world, at, ray, world.max_crossings(), weight, counters);
         drawn.weight * light * (1.0 / n_found)
+    }
+}
+
+/// Light along a ray from the receiver `at`, past at most `max_crossings` surfaces that cast no shadow, each light
+/// times its `weight`, a function of its density in solid angle.
+fn light_along(
+    world: &World,
+    at: &Receiver,
+    mut ray: Ray,
+    max_crossings: usize,
+    weight: impl Fn(LightId, f32) -> f32,
+    counters: &mut Counters,
+) -> Rgb {
+    let mut light = Rgb::BLACK;
+    for _ in 0..=max_crossings {
+        counters.rays += 1;
+        let Some(hit) = world.closest(&ray, f32::INFINITY) else {
+            for (id, infinite) in world.infinite_lights() {
+                let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.facing);
+                light += le * weight(id, pdf_w);
+            }
+            return light;
+        };
+        let surface = world.surface(&ray, &hit);
+        if let Some((id, le)) = world.emitted(&hit, &surface, -ray.d)
+            && !le.is_black()
+        {
+            light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
+        }
+        if !world.casts_no_shadow(hit.target, &hit.at, &ray) {
+            return light;
+        }
+        ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+    }
+    counters.stuck_paths += 1;
+    light
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::ids::{MaterialId, ObjectId};
+    use crate::light::{InfiniteLight, Light};
+    use crate::math::{Normal3, Point3, Vec3};
+    use crate::shape::{Mesh, Shape};
+    use crate::texture::Source;
+    use crate::world::{Cutout, Geometry, WorldParts};
+
+    #[test]
+    fn rays_that_pass_more_shadowless_surfaces_than_there_are_are_given_up_and_counted() {
+        let sheet = |z: f32| Geometry {
+            shape: Shape::Mesh(Mesh {
+                positions: vec![[-1.0, -1.0, z], [1.0, -1.0, z], [0.0, 1.0, z]],
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            }),
+            material: MaterialId::NONE,
+            media: None,
+            cutout: Cutout {
+                alpha: None,
+                shadow_alpha: Some(Source::Constant(0.0)),
+            },
+            first_light: LightId::NONE,
+            object: ObjectId::NONE,
+        };
+        let world = World::new(WorldParts {
+            geometries: [1.0, 2.0, 3.0].map(sheet).into(),
+            lights: vec![Light::Infinite(Box::new(InfiniteLight::constant(Rgb::ONE)))],
+            ..WorldParts::default()
+        });
+        let at = Receiver {
+            p: Point3::ZERO,
+            p_err: Vec3::ZERO,
+            ng: Normal3::ZERO,
+            facing: Normal3::ZERO,
+            time: 0.0,
+        };
+        let d = Vec3::new(0.0, 0.0, 1.0);
+        let found = |max_crossings: usize| {
+            let mut counters = Counters::default();
+            let ray = spawn_ray(at.p, at.p_err, at.ng, d, at.time);
+            let light = light_along(&world, &at, ray, max_crossings, |_, _| 1.0, &mut counters);
+            (light, counters.rays, counters.stuck_paths)
+        };
+        assert_eq!(found(world.max_crossings()), (Rgb::ONE, 4, 0));
+        assert_eq!(found(3), (Rgb::ONE, 4, 0));
+        assert_eq!(found(2), (Rgb::BLACK, 3, 1));
     }
 }

@@ -16,9 +16,10 @@
 use std::f32::consts::TAU;
 
 use crate::camera::{Camera, CameraRay, CameraSample};
-use crate::integrator::bdpt::{Numbers, Tracer};
+use crate::integrator::bdpt::{Bdpt, Numbers, Tracer};
 use crate::sampling::rng::{ONE_MINUS_EPSILON, Rng};
 use crate::spectrum::Rgb;
+use crate::world::LightStrategy;
 
 /// Settings of Metropolis light transport.
 #[derive(Clone, Copy, Debug)]
@@ -35,6 +36,20 @@ pub struct Mlt {
     pub large_step: f32,
     /// Standard deviation of the others.
     pub sigma: f32,
+}
+
+impl Mlt {
+    /// How chains draw the light that paths start from.
+    pub const LIGHT_STRATEGY: LightStrategy = LightStrategy::Power;
+
+    /// The same light by independent paths.
+    pub fn without_chains(&self) -> Bdpt {
+        Bdpt {
+            max_depth: self.max_depth,
+            light_strategy: Self::LIGHT_STRATEGY,
+            visualized: None,
+        }
+    }
 }
 
 /// A coordinate of primary sample space, with what a rejected mutation restores.

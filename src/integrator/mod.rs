@@ -17,14 +17,14 @@ use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
-use crate::world::{LightStrategy, ShadowTally, World};
+use crate::world::{ShadowTally, World};
 pub use ambient_occlusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
 pub use direct::{Direct, LightSampling};
 pub use mlt::Mlt;
 pub use path::Path;
 pub use sppm::Sppm;
-use trace::{Observer, Unobserved};
+use trace::Observer;
 
 /// A light transport algorithm.
 #[derive(Clone, Copy, Debug)]
@@ -54,7 +54,8 @@ pub struct Counters {
     pub shadow: ShadowTally,
     /// Collisions with a medium that scattered.
     pub medium_scatterings: u64,
-    /// Paths given up because they crossed more null surfaces in a row than a straight ray can meet.
+    /// Paths given up because they crossed more null surfaces, or surfaces that cast no shadow, in a row than a straight
+    /// ray can meet.
     pub stuck_paths: u64,
     /// Rays of paths that left the scene in a medium that has walls all around: 0 unless a boundary is open.
     pub leaked_paths: u64,
@@ -81,27 +82,15 @@ impl Counters {
 }
 
 impl Integrator {
-    /// Radiance that arrives along a camera ray; of photon mapping, the part that needs no photons.
-    pub fn li(
-        &self,
-        world: &World,
-        ray: Ray,
-        differential: Option<&RayDifferential>,
-        sampler: &mut Sampler,
-        counters: &mut Counters,
-    ) -> Rgb {
-        let nobody = &mut Unobserved;
-        self.li_observed(world, ray, differential, sampler, counters, nobody)
-    }
-
     /// Whether an observer is told what happens along a path.
     pub fn is_observable(&self) -> bool {
         matches!(self, Self::Path(_) | Self::VolPath(_))
     }
 
-    /// The same radiance, and to the bit; the observer is told how it comes about if the integrator
+    /// Radiance that arrives along a camera ray: of photon mapping, the part that needs no photons; of Markov chains,
+    /// what they converge to. An observer changes no bit of it, and is told how it comes about if the integrator
     /// [can tell](Self::is_observable).
-    pub fn li_observed(
+    pub fn li(
         &self,
         world: &World,
         ray: Ray,
@@ -132,17 +121,7 @@ impl Integrator {
             Self::Direct(direct) => direct.li(world, ray, differential, sampler, counters),
             Self::AmbientOcclusion(ambient) => ambient.li(world, ray, sampler, counters),
             Self::Bdpt(bdpt) => bdpt.li(world, ray, sampler, counters),
-            // A single ray needs no chain: what chains estimate is what they visit.
-            Self::Mlt(mlt) => {
-                let light_strategy = LightStrategy::Power;
-                let max_depth = mlt.max_depth;
-                let bdpt = Bdpt {
-                    max_depth,
-                    light_strategy,
-                    visualized: None,
-                };
-                bdpt.li(world, ray, sampler, counters)
-            }
+            Self::Mlt(mlt) => mlt.without_chains().li(world, ray, sampler, counters),
         }
     }
 }

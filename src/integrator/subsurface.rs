@@ -77,8 +77,7 @@ pub fn sample_exit(
     let aside = r.min(half);
     let start = p + (x * cos + y * sin) * r - z * aside;
 
-    let mut chosen: Option<(Exit, f32)> = None;
-    let mut total = 0.0;
+    let mut found = Reservoir::default();
     for (d, length) in [(z, half + aside), (-z, half - aside)] {
         let mut ray = Ray {
             o: start,
@@ -100,19 +99,12 @@ pub fn sample_exit(
             let offset = surface.p - p;
             let pdf = density(bssrdf, &channels, &axes, offset, &surface);
             let weight = bssrdf.sp(offset.length()) * (roulette / pdf);
-            // Not a number where the entry itself is found.
-            let importance = (weight * beta).max_component();
-            if importance > 0.0 && importance.is_finite() {
-                total += importance;
-                if rng.uniform() * total < importance {
-                    let exit = Exit {
-                        hit,
-                        surface,
-                        weight,
-                    };
-                    chosen = Some((exit, importance));
-                }
-            }
+            let exit = Exit {
+                hit,
+                surface,
+                weight,
+            };
+            found.offer(exit, (weight * beta).max_component(), rng);
             n_found += 1;
             if n_found % ROULETTE_EVERY == 0 {
                 if rng.uniform() < 0.5 {
@@ -123,9 +115,33 @@ pub fn sample_exit(
             ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, ray.time);
         }
     }
-    let (mut exit, importance) = chosen?;
-    exit.weight *= total / importance;
-    Some(exit)
+    found.kept()
+}
+
+/// One of the exits offered, kept with a probability in proportion to its importance (weighted reservoir sampling).
+#[derive(Default)]
+struct Reservoir {
+    chosen: Option<(Exit, f32)>,
+    total: f32,
+}
+
+impl Reservoir {
+    /// The importance is not a number where the entry itself is found.
+    fn offer(&mut self, exit: Exit, importance: f32, rng: &mut Rng) {
+        if importance > 0.0 && importance.is_finite() {
+            self.total += importance;
+            if rng.uniform() * self.total < importance {
+                self.chosen = Some((exit, importance));
+            }
+        }
+    }
+
+    /// The exit, its weight divided by the probability with which it was kept.
+    fn kept(self) -> Option<Exit> {
+        let (mut exit, importance) = self.chosen?;
+        exit.weight *= self.total / importance;
+        Some(exit)
+    }
 }
 
 /// The axis, and what is left of the random number.

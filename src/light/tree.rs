@@ -73,8 +73,13 @@ const IMPORTANCES: [f32; 2] = [1e-18, 1e18];
 const MIN_SHARE: f64 = 1e-12;
 /// Least probability of a child that can contribute: bounds are no promise, and 1 minus a probability keeps its digits.
 const MIN_CHANCE: f32 = 1e-6;
+/// Least random number that a choice is made by.
+const LEAST_U: f64 = 0.25 * f64::EPSILON;
 /// Bins of the search for a split.
 const N_BINS: usize = 12;
+/// Level from which on lights are halved by number. Above, a split may leave all but a few of them on one side; so the
+/// tree is no deeper than this and the logarithm of their number.
+const HALVED_FROM: u32 = 64;
 
 /// Cosine and sine of max(0, a − b), from those of `a` and `b` in [0, π].
 #[inline]
@@ -146,7 +151,7 @@ impl LightTree {
         };
         let mut order: Vec<u32> = (0..emitters.len() as u32).collect();
         let root = builder.reserve(1, 0);
-        builder.build(root, &mut order);
+        builder.build(root, &mut order, 0);
         Some(builder.tree)
     }
 
@@ -172,7 +177,9 @@ impl LightTree {
 
     /// Chooses an emitter by `u` in [0, 1): its index and probability, positive.
     #[inline]
-    pub fn choose(&self, p: Point3, ng: Normal3, mut u: f64) -> (usize, f32) {
+    pub fn choose(&self, p: Point3, ng: Normal3, u: f64) -> (usize, f32) {
+        // 0 would lead to where all shares are small, and their product to 0.
+        let mut u = u.max(LEAST_U);
         let mut node = &self.nodes[0];
         let mut pmf = 1.0;
         while node.bits & LEAF == 0 {
@@ -331,9 +338,9 @@ impl Builder<'_> {
         })
     }
 
-    /// Fills `node` with the emitters of `order`. A half that is much larger than its sibling is as deep as the
-    /// logarithm of the range of distances, so the stack is safe.
-    fn build(&mut self, node: usize, order: &mut [u32]) {
+    /// Fills `node` with the emitters of `order`. Calls itself for each of some [`HALVED_FROM`] levels, so the stack is
+    /// safe.
+    fn build(&mut self, node: usize, order: &mut [u32], level: u32) {
         let cluster = self.cluster(order);
         let bits = match *order {
             [emitter] => {
@@ -341,11 +348,15 @@ impl Builder<'_> {
                 LEAF | emitter
             }
             _ => {
-                let middle = self.split(order, &cluster);
+                let middle = if level < HALVED_FROM {
+                    self.split(order, &cluster)
+                } else {
+                    self.halve(order, &cluster)
+                };
                 let first = self.reserve(2, node);
                 let (left, right) = order.split_at_mut(middle);
-                self.build(first, left);
-                self.build(first + 1, right);
+                self.build(first, left, level + 1);
+                self.build(first + 1, right, level + 1);
                 first as u32
             }
         };
@@ -423,8 +434,112 @@ impl Builder<'_> {
             middle
         }
     }
+
+    /// Orders emitters so that the first `n` and the others are apart along the longest axis, and as many.
+    fn halve(&self, order: &mut [u32], cluster: &Cluster) -> usize {
+        let axis = cluster.bounds.extent().max_position();
+        let place = |i: u32| self.emitters[i as usize].bounds.center().0[axis];
+        let half = order.len() / 2;
+        order.select_nth_unstable_by(half, |&a, &b| place(a).total_cmp(&place(b)).then(a.cmp(&b)));
+        half
+    }
 }
 
 fn bin_of(x: f32, min: f32, extent: f32) -> usize {
     (((x - min) / extent * N_BINS as f32) as usize).min(N_BINS - 1)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::sampling::rng::Rng;
+
+    /// Lamps that shine all around.
+    fn lamps(n: usize, lamp: impl Fn(usize) -> ([f32; 3], f64)) -> Vec<Emitter> {
+        let lamp = |k| {
+            let ([x, y, z], intensity) = lamp(k);
+            Emitter {
+                bounds: Bounds3::EMPTY.with_point(Point3::new(x, y, z)),
+                axis: Vec3::new(0.0, 0.0, 1.0),
+                spread: std::f32::consts::PI,
+                reach: FRAC_PI_2,
+                two_sided: false,
+                intensity,
+            }
+        };
+        (0..n).map(lamp).collect()
+    }
+
+    impl LightTree {
+        fn depth_of(&self, emitter: usize) -> usize {
+            let mut depth = 0;
+            let mut node = self.leaves[emitter] as usize;
+            while node != 0 {
+                node = self.parents[node] as usize;
+                depth += 1;
+            }
+            depth
+        }
+    }
+
+    #[test]
+    fn trees_of_lights_in_hostile_places_are_shallow_and_choose_by_their_probabilities() {
+        const N: usize = 200_000;
+        // Eight lamps at each step, down to the least f32, and all others at 0.
+        let steps = |ratio: f32, k: usize| ratio.powi((k / 8) as i32);
+        let cases = [
+            ("in one place", lamps(N, |_| ([0.3, -0.2, 0.1], 1.0))),
+            ("in one place, dark", lamps(N, |_| ([0.3, -0.2, 0.1], 0.0))),
+            (
+                "in a row",
+                lamps(N, |k| ([k as f32 / N as f32, 0.0, 0.0], 1.0)),
+            ),
+            (
+                "at powers of two",
+                lamps(N, |k| ([0.5f32.powi(k as i32), 0.0, 0.0], 1.0)),
+            ),
+            (
+                "at powers of two, as bright as they are far",
+                lamps(N, |k| {
+                    ([0.5f32.powi(k as i32), 0.0, 0.0], 0.5f64.powi(k as i32))
+                }),
+            ),
+            (
+                "in small steps toward 0, dark",
+                lamps(N, |k| {
+                    ([steps(0.92, k), steps(0.93, k), steps(0.94, k)], 0.0)
+                }),
+            ),
+            (
+                "in small steps toward 0, each far brighter than the next",
+                lamps(N, |k| {
+                    let x = steps(0.92, k);
+                    ([x, -x, 0.0], f64::from(x).powi(30))
+                }),
+            ),
+        ];
+        for (name, lamps) in cases {
+            let tree = LightTree::new(&lamps).expect("there are lamps");
+            let depth = (0..N).map(|lamp| tree.depth_of(lamp)).max();
+            let most = HALVED_FROM as usize + N.ilog2() as usize + 1;
+            assert!(depth <= Some(most), "{name}: {depth:?}");
+            let mut rng = Rng::new(7);
+            for p in [[0.0, 0.0, 0.0], [0.3, -0.2, 0.1]] {
+                let (p, ng) = (Point3::new(p[0], p[1], p[2]), Normal3::ZERO);
+                let sum: f64 = (0..N).map(|lamp| f64::from(tree.pmf(p, ng, lamp))).sum();
+                assert!((sum - 1.0).abs() < 1e-4, "{name}, {p:?}: {sum}");
+                let edges = [0.0, 1e-300, 0.5, 1.0 - f64::EPSILON / 2.0];
+                let random = (0..1000).map(|_| rng.uniform_fine());
+                for u in edges.into_iter().chain(random) {
+                    let (lamp, chosen) = tree.choose(p, ng, u);
+                    let known = tree.pmf(p, ng, lamp);
+                    assert!(chosen > 0.0, "{name}, {p:?}: {u}");
+                    assert!(
+                        (chosen - known).abs() <= 1e-4 * known,
+                        "{name}, {p:?}: {chosen} {known}"
+                    );
+                }
+            }
+        }
+    }
 }

@@ -15,7 +15,6 @@ use crate::render::{BlockResult, Job, RenderReport, Tally, is_radiance};
 use crate::sampling::alias::AliasTable;
 use crate::sampling::rng::{Rng, mix_bits};
 use crate::spectrum::Rgb;
-use crate::world::LightStrategy;
 
 /// Tells the numbers of chains from those of the paths they start at.
 const CHAIN_SEED: u64 = 0x9d39_247e_3377_6d41;
@@ -76,7 +75,7 @@ impl<'a> Metropolis<'a> {
         let mut metropolis = Self {
             job,
             settings: *settings,
-            emitters: Emitters::new(&job.world, LightStrategy::Power),
+            emitters: Emitters::new(&job.world, Mlt::LIGHT_STRATEGY),
             starts: None,
             brightness: 0.0,
             search: RenderReport::default(),

@@ -496,7 +496,7 @@ fn take_sample(
         job.camera
             .differential(&camera_sample, 1.0 / f64::from(job.spp).sqrt())
     });
-    let radiance = job.integrator.li_observed(
+    let radiance = job.integrator.li(
         &job.world,
         ray,
         differential.flatten().as_ref(),

@@ -207,11 +207,6 @@ impl Textures {
         }
     }
 
-    /// Number of images.
-    pub fn n_images(&self) -> usize {
-        self.images.len()
-    }
-
     fn image(&self, id: ImageId) -> &MipMap {
         &self.images[id.index()]
     }

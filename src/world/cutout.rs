@@ -11,7 +11,7 @@ use crate::world::{ElementRef, World};
 pub struct Cutout {
     /// No ray meets the surface where this is 0.
     pub alpha: Option<FloatSource>,
-    /// No shadow ray of the integrator `path` meets the surface where this is 0.
+    /// No shadow ray of an integrator that ignores media meets the surface where this is 0.
     pub shadow_alpha: Option<FloatSource>,
 }
 

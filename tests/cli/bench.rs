@@ -142,7 +142,7 @@ fn a_peer_that_fails_is_a_row_and_no_end() {
          [peer.broken]\ncommand = \"sh -c 'echo no licence; exit 7'\"\n\
          [peer.missing]\ncommand = \"./no-such-renderer {{scene}}\"\n\
          [peer.silent]\ncommand = \"true\"\n\
-         [peer.slow]\ncommand = \"sleep 600\"\n\
+         [peer.slow]\ncommand = \"sleep 600\"\nversion = \"sh -c 'echo 1; exec sleep 600'\"\n\
          [peer.other]\ncommand = \"cp {{suite}}/ball.exr {{out}}\"\n"
     );
     room.run("--quiet --quick ball.pbrt").ends_with(0);
@@ -161,6 +161,9 @@ fn a_peer_that_fails_is_a_row_and_no_end() {
     );
     assert_eq!(why("silent"), "it wrote no picture");
     assert_eq!(why("slow"), "not done after 3 s");
+    let renderers = report["renderers"].as_array().expect("a list");
+    let slow = renderers.iter().find(|renderer| renderer["name"] == "slow");
+    assert_eq!(slow.expect("it is listed")["version"], Value::Null);
     assert!(
         why("other").contains("no part of the same size"),
         "{}",

@@ -3,6 +3,7 @@
 use tyndall::camera::CameraSample;
 use tyndall::compile::CompileOptions;
 use tyndall::integrator::Counters;
+use tyndall::integrator::trace::Unobserved;
 use tyndall::render::Job;
 use tyndall::sampler::Sampler;
 use tyndall::sampling::rng::Rng;
@@ -64,7 +65,14 @@ impl Probe {
                 let (world, ray) = (&self.job.world, ray);
                 self.job
                     .integrator
-                    .li(world, ray, Some(&differential), &mut sampler, &mut counters)
+                    .li(
+                        world,
+                        ray,
+                        Some(&differential),
+                        &mut sampler,
+                        &mut counters,
+                        &mut Unobserved,
+                    )
                     .to_array()
             })
             .collect();

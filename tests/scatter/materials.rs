@@ -1,5 +1,10 @@
 //! Materials as scene files write them: parameters, fallbacks, mixtures, findings.
 
+use tyndall::compile::{CompileOptions, NoAssets, compile};
+use tyndall::describe::describe;
+use tyndall_parser::source::Sources;
+use tyndall_parser::{NoIncludes, parse};
+
 use crate::findings::findings;
 use crate::probe::{Probe, assert_exact, assert_mean};
 use crate::seen::{environment, seen_by};
@@ -282,6 +287,44 @@ fn a_chain_of_ten_thousand_mixtures_loads() {
     }
     let found = codes(&world(&format!("{text} NamedMaterial \"m9999\"")));
     assert!(found.iter().all(|code| code == "too-many-lobes") && !found.is_empty());
+}
+
+/// Number of materials that a scene leads to, whatever is wrong with it.
+fn n_materials(scene: &str) -> usize {
+    let mut sources = Sources::new();
+    let root = sources.add_text("scene", scene);
+    let (mut scene, _) = describe(parse(&mut sources, root, &NoIncludes).0);
+    let (compiled, _) = compile(
+        scene.frames.remove(0),
+        &CompileOptions::default(),
+        &NoAssets,
+    );
+    let world = compiled.expect("there is a picture").job.world;
+    world.materials().list.len()
+}
+
+#[test]
+fn shapes_that_override_a_mixture_alike_share_one_copy_whatever_stands_in_for_its_parts() {
+    let null = "MakeNamedMaterial \"nothing\" \"string type\" \"none\"\n";
+    let mixed = format!("Material {}\n", mix("nobody", "nothing", ""));
+    let copy = "Shape \"sphere\" \"rgb amount\" [.3 .3 .3]\n";
+    let scene = |n_copies: usize| world(&format!("{null}{mixed}{}", copy.repeat(n_copies)));
+    // Two parts, and the mixture as it stands; the last shape has that.
+    assert_eq!(n_materials(&scene(0)), 3);
+    assert_eq!(n_materials(&scene(1)), 4);
+    assert_eq!(n_materials(&scene(100)), 4);
+}
+
+#[test]
+fn what_is_wrong_with_a_material_is_said_once_and_what_is_wrong_with_a_shape_for_each() {
+    let wrong = "Material \"glass\" \"float eta\" 0 \"float uroughness\" -1\n";
+    let plain = "Shape \"sphere\" \"float zmin\" -.5\n";
+    let copy = "Shape \"sphere\" \"float eta\" -1\n";
+    let found = codes(&world(
+        &(wrong.to_owned() + &(plain.to_owned() + copy).repeat(1000)),
+    ));
+    assert_eq!(found.len(), 2 + 1000);
+    assert!(found.iter().all(|code| code == "out-of-range"));
 }
 
 #[test]

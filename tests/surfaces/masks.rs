@@ -145,7 +145,7 @@ fn a_mask_of_one_value_is_all_or_nothing() {
 }
 
 #[test]
-fn shadow_masks_are_for_the_shadows_of_path_alone() {
+fn shadow_masks_are_for_the_shadows_of_integrators_that_ignore_media() {
     let sun = format!(
         "LightSource \"distant\" \"point from\" [0 0 1] \"point to\" [0 0 0] \"rgb L\" [{PI} {PI} {PI}]\n"
     );
@@ -156,7 +156,12 @@ fn shadow_masks_are_for_the_shadows_of_path_alone() {
     for (integrator, u, lit) in [
         ("path", 0.1, 1.0),
         ("path", 0.9, 0.0),
+        ("directlighting", 0.1, 1.0),
+        ("directlighting", 0.9, 0.0),
+        ("whitted", 0.1, 1.0),
+        ("sppm", 0.1, 1.0),
         ("volpath", 0.1, 0.0),
+        ("bdpt", 0.1, 0.0),
     ] {
         let radiance = seen(integrator, 2.0 * u - 1.0, true, &world);
         assert!(

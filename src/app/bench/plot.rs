@@ -3,6 +3,9 @@
 use std::error::Error;
 use std::ops::Range;
 
+use plotters::chart::ChartContext;
+use plotters::coord::cartesian::Cartesian2d;
+use plotters::coord::ranged1d::Ranged;
 use plotters::prelude::{
     BLACK, ChartBuilder, Circle, Color, IntoDrawingArea, IntoLogRange, IntoSegmentedCoord,
     LineSeries, RGBColor, SVGBackend, SegmentValue, SeriesLabelPosition, TRANSPARENT, WHITE,
@@ -114,13 +117,7 @@ pub(super) fn scene(summary: &SceneSummary, runs: &[Run]) -> Result<Option<Strin
             let runs = series.runs.iter();
             chart.draw_series(runs.map(|&at| Circle::new(at, 2, colour.mix(0.6))))?;
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font((FONT, 14))
-            .background_style(WHITE.mix(0.85))
-            .border_style(GREY.mix(0.4))
-            .draw()?;
+        draw_legend(&mut chart)?;
         root.present()?;
     }
     Ok(Some(svg))
@@ -189,16 +186,28 @@ pub(super) fn efficiencies(
                 .label(rival.text())
                 .legend(move |(x, y)| Circle::new((x + 10, y), 5, style));
         }
-        chart
-            .configure_series_labels()
-            .position(SeriesLabelPosition::UpperRight)
-            .label_font((FONT, 14))
-            .background_style(WHITE.mix(0.85))
-            .border_style(GREY.mix(0.4))
-            .draw()?;
+        draw_legend(&mut chart)?;
         root.present()?;
     }
     Ok(Some(svg))
+}
+
+/// The names of all series, in a corner.
+fn draw_legend<'a, X, Y>(
+    chart: &mut ChartContext<'a, SVGBackend<'a>, Cartesian2d<X, Y>>,
+) -> Result<(), Failure>
+where
+    X: Ranged,
+    Y: Ranged,
+{
+    chart
+        .configure_series_labels()
+        .position(SeriesLabelPosition::UpperRight)
+        .label_font((FONT, 14))
+        .background_style(WHITE.mix(0.85))
+        .border_style(GREY.mix(0.4))
+        .draw()?;
+    Ok(())
 }
 
 /// What logarithms can show.

@@ -1,7 +1,7 @@
 //! One run: a child process, measured from outside, whoever's program it is.
 
 use std::fs::{self, File};
-use std::io;
+use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
 use std::sync::mpsc;
@@ -12,6 +12,10 @@ use crate::app::files::reason;
 
 /// Characters of a program's last words that are kept.
 const MAX_LAST_WORDS: usize = 160;
+/// How long a program may take to tell its version.
+const VERSION_TIMEOUT: Duration = Duration::from_secs(5);
+/// Bytes in which its version is looked for.
+const MAX_VERSION: u64 = 4096;
 
 /// What a process took.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -143,15 +147,27 @@ fn last_words(log: &Path) -> String {
         .collect()
 }
 
-/// The first line that a command prints, where a version is expected.
+/// The first line that a command prints, where a version is expected. `None` if there is none within
+/// [`VERSION_TIMEOUT`].
 pub(super) fn first_line(words: &[String]) -> Option<String> {
     let (program, args) = words.split_first()?;
-    let output = Command::new(program)
+    // Not a pipe: what a program leaves running would keep that open.
+    let mut output = tempfile::tempfile().ok()?;
+    let mut child = Command::new(program)
         .args(args)
         .stdin(Stdio::null())
-        .output()
+        .stdout(output.try_clone().ok()?)
+        .stderr(Stdio::null())
+        .spawn()
         .ok()?;
-    let text = String::from_utf8_lossy(&output.stdout);
+    let (_, _, is_overdue) = wait(&mut child, Instant::now(), VERSION_TIMEOUT).ok()?;
+    if is_overdue {
+        return None;
+    }
+    output.rewind().ok()?;
+    let mut bytes = Vec::new();
+    output.take(MAX_VERSION).read_to_end(&mut bytes).ok()?;
+    let text = String::from_utf8_lossy(&bytes);
     let line = text.lines().map(str::trim).find(|line| !line.is_empty())?;
     Some(line.to_owned())
 }

@@ -205,14 +205,15 @@ impl Session<'_> {
         }
         let n_stuck = report.counters.stuck_paths;
         if n_stuck > 0 {
-            let message =
-                format!("{n_stuck} paths of {name} never left a null surface and were given up");
+            let message = format!(
+                "{n_stuck} paths of {name} passed more surfaces in a row than there are and were given up"
+            );
             lost("stuck-paths", message, None);
         }
         let n_stuck = report.counters.shadow.stuck;
         if n_stuck > 0 {
             let message = format!(
-                "{n_stuck} rays toward lights of {name} never left a null surface and count as shadow"
+                "{n_stuck} rays toward lights of {name} passed more surfaces than there are and count as shadow"
             );
             lost("stuck-shadow-rays", message, None);
         }

@@ -6,7 +6,7 @@ use crate::describe::description::{
     MediumPair, MediumRef, TextureBinding, TextureEntity, TextureRef, TextureType, TransformPair,
 };
 use crate::describe::names::Suggester;
-use crate::describe::state::Draft;
+use crate::describe::state::{Draft, Interface};
 use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::directive::Plugin;
 use tyndall_parser::params::{ParamList, ParamValue};
@@ -115,6 +115,16 @@ impl Builder {
             entity,
             world_from_medium: self.draft.ctm.pair,
         });
+    }
+
+    pub(super) fn medium_interface(
+        &mut self,
+        inside: Spanned<String>,
+        outside: Option<Spanned<String>>,
+    ) {
+        let outside = outside.unwrap_or_else(|| inside.clone());
+        self.draft.graphics.interface = Some(self.draft.interfaces.len());
+        self.draft.interfaces.push(Interface { inside, outside });
     }
 
     pub(super) fn texture(

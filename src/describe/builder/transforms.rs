@@ -8,7 +8,7 @@ use tyndall_parser::source::{Span, Spanned};
 
 impl Builder {
     /// Records the warning that came with a matrix.
-    pub(super) fn warned(
+    fn warned(
         &mut self,
         result: Result<(DMat4, Option<Diagnostic>), Refused>,
     ) -> Result<DMat4, Refused> {
@@ -45,6 +45,36 @@ impl Builder {
                 .with_label("this transform is left out"),
             );
         }
+    }
+
+    pub(super) fn look_at(&mut self, eye: [f64; 3], target: [f64; 3], up: [f64; 3], span: Span) {
+        let matrix = self.warned(transform::look_at(eye, target, up, span));
+        self.multiply("LookAt", span, matrix);
+    }
+
+    pub(super) fn transform(&mut self, numbers: [f64; 16], span: Span) {
+        match self.warned(transform::matrix(numbers, "Transform", span)) {
+            Ok(matrix) => self.change_ctm("Transform", span, |_| matrix),
+            Err(refused) => self.diagnostics.push(*refused),
+        }
+    }
+
+    pub(super) fn concat_transform(&mut self, numbers: [f64; 16], span: Span) {
+        let matrix = self.warned(transform::matrix(numbers, "ConcatTransform", span));
+        self.multiply("ConcatTransform", span, matrix);
+    }
+
+    pub(super) fn transform_times(&mut self, times: [f64; 2], span: Span) {
+        match transform::finite(&times, "TransformTimes", span) {
+            Ok(()) => self.draft.options.transform_times = Some(times),
+            Err(refused) => self.diagnostics.push(*refused),
+        }
+    }
+
+    pub(super) fn coordinate_system(&mut self, name: Spanned<String>) {
+        self.draft
+            .coordinate_systems
+            .insert(name.value, (self.draft.ctm.pair, name.span));
     }
 
     pub(super) fn coord_sys_transform(&mut self, name: &Spanned<String>) {
