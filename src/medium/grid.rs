@@ -15,7 +15,7 @@ use glam::{Affine3A, Vec3A};
 use crate::math::{Ray, Transform};
 use crate::medium::homogeneous::beer_lambert;
 pub use crate::medium::lattice::MAX_VOXELS;
-use crate::medium::lattice::{Lattice, LatticeRay};
+use crate::medium::lattice::{Lattice, LatticeRay, March};
 use crate::medium::majorant::{MajorantGrid, Segment};
 use crate::medium::{MediumEvent, channel_weights};
 use crate::sampling::rng::Rng;
@@ -36,10 +36,7 @@ impl DensityGrid {
     /// `values` holds nx·ny·nz finite, non-negative densities, x fastest; none of n is above [`MAX_VOXELS`].
     pub fn new(n: [usize; 3], values: &[f32]) -> Self {
         let lattice = Lattice::new(n, values);
-        let majorants = MajorantGrid::new(n, |lo, hi| {
-            // Interpolation may round up.
-            lattice.largest_within(lo, hi) * (1.0 + 8.0 * f32::EPSILON)
-        });
+        let majorants = MajorantGrid::new(n, |lo, hi| lattice.bound(lo, hi));
         let inside = values.iter().filter(|&&value| value > 0.0);
         let sum: f64 = inside.clone().map(|&value| f64::from(value)).sum();
         Self {
@@ -53,23 +50,29 @@ impl DensityGrid {
     /// Interpolated density at a point of voxel space inside the grid's box.
     #[inline]
     pub fn density(&self, p: Vec3A) -> f32 {
-        self.lattice.density(p)
+        self.lattice.density(p + 0.5)
     }
 
-    /// Integral of the density along o + t d, t in (0, `t_max`), o and d in voxel space, if it is below `limit`; the
+    /// Integral of the density along o + t d, t in (0, `t_max`), o and d in the lattice, if it is below `limit`; the
     /// distance at which it reaches `limit`, if it is not.
     #[inline]
     fn column(&self, o: Vec3A, d: Vec3A, t_max: f32, limit: f64) -> Column {
         let ray = LatticeRay::new(o, d);
         let mut column = 0.0;
+        let mut march: Option<March> = None;
         for Segment { t0, t1, .. } in self.majorants.walk(o, d, t_max) {
-            for piece in self.lattice.pieces(&ray, t0, t1) {
-                let longer = column + f64::from(self.lattice.column(&ray, &piece));
-                if longer >= limit {
-                    return Column::Reached(self.lattice.reach(&ray, &piece, limit - column));
-                }
-                column = longer;
+            // Empty cells are left out.
+            let mut here = match march {
+                Some(march) if march.t() == t0 => march,
+                _ => March::new(&self.lattice, &ray, t0),
+            };
+            let reached = self
+                .lattice
+                .integrate(&ray, &mut here, t1, &mut column, limit);
+            if let Some(t) = reached {
+                return Column::Reached(t);
             }
+            march = Some(here);
         }
         Column::Below(column)
     }
@@ -92,7 +95,7 @@ enum Column {
 #[derive(Clone, Debug)]
 pub struct GridMedium {
     density: DensityGrid,
-    voxel_from_render: Affine3A,
+    lattice_from_render: Affine3A,
     sigma_t: Rgb,
     sigma_s: Rgb,
     /// Phase function.
@@ -120,8 +123,8 @@ impl GridMedium {
         let n = density.n.map(|n| n as f64);
         let scale = glam::DAffine3::from_scale(glam::DVec3::from(n));
         let affine = scale * *unit_from_render.affine();
-        let voxel_from_render =
-            Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3());
+        let origin = (affine.translation + 0.5).as_vec3();
+        let lattice_from_render = Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), origin);
         let sigma_t = sigma_a + sigma_s;
         let is_grey = sigma_t.min_component() == sigma_t.max_component();
         // The edge of a cube as large as a voxel.
@@ -129,7 +132,7 @@ impl GridMedium {
         let depth = f64::from(sigma_t.max_component()) * f64::from(density.mean_inside) * edge;
         Self {
             density,
-            voxel_from_render,
+            lattice_from_render,
             sigma_t,
             sigma_s,
             phase,
@@ -143,10 +146,10 @@ impl GridMedium {
     }
 
     #[inline]
-    fn voxel_ray(&self, ray: &Ray) -> (Vec3A, Vec3A) {
+    fn lattice_ray(&self, ray: &Ray) -> (Vec3A, Vec3A) {
         (
-            self.voxel_from_render.transform_point3a(ray.o.0),
-            self.voxel_from_render.transform_vector3a(ray.d.0),
+            self.lattice_from_render.transform_point3a(ray.o.0),
+            self.lattice_from_render.transform_vector3a(ray.d.0),
         )
     }
 
@@ -163,7 +166,7 @@ impl GridMedium {
         rng: &mut Rng,
         mut collide: impl FnMut(f32, f32, &mut Rng) -> Option<T>,
     ) -> Option<T> {
-        let (o, d) = self.voxel_ray(ray);
+        let (o, d) = self.lattice_ray(ray);
         for Segment { t0, t1, majorant } in self.density.majorants.walk(o, d, t_max) {
             let rate = sigma * majorant;
             let mut t = t0;
@@ -174,7 +177,7 @@ impl GridMedium {
                     break;
                 }
                 t += depth / rate;
-                let ratio = self.density.density(o + d * t) / majorant;
+                let ratio = self.density.lattice.density(o + d * t) / majorant;
                 if let Some(result) = collide(t, ratio, rng) {
                     return Some(result);
                 }
@@ -203,7 +206,7 @@ impl GridMedium {
         let sigma = self.sigma_t.max_component();
         if self.is_grey {
             let t = if self.is_thick {
-                let (o, d) = self.voxel_ray(ray);
+                let (o, d) = self.lattice_ray(ray);
                 let limit = f64::from(depth) / f64::from(sigma);
                 match self.density.column(o, d, t_max, limit) {
                     Column::Below(_) => None,
@@ -270,7 +273,7 @@ impl GridMedium {
     /// the channel in which most is.
     #[inline]
     fn exact_transmittance(&self, ray: &Ray, t_max: f32, dice: Option<&mut Rng>) -> Rgb {
-        let (o, d) = self.voxel_ray(ray);
+        let (o, d) = self.lattice_ray(ray);
         let sigma = self.sigma_t.min_component();
         let certain = f64::from(-ROULETTE_BELOW.ln());
         let limit = match dice {

@@ -3,10 +3,10 @@
 //! Between the planes through the lattice's points the density along a ray is a cubic polynomial: two points integrate
 //! it exactly (Gauss and Legendre), and where its integral reaches a value is found to the last digits.
 
-use glam::{Vec3A, Vec4};
+use glam::{BVec3A, Vec3A, Vec4};
 
-/// Values in *voxel space*, in which cell (i, j, k) covers [i, i+1) × [j, j+1) × [k, k+1) and has its value at the
-/// centre; 0 beyond the cells.
+/// Values at the centres of cells, and 0 around them. Places are *padded coordinates*, in which cell (i, j, k) has its
+/// centre at (i+1, j+1, k+1): the cells reach from ½ to n + ½ along each axis.
 #[derive(Clone, Debug)]
 pub(super) struct Lattice {
     /// Values with a border of zeros, x fastest.
@@ -20,12 +20,12 @@ pub(super) struct Lattice {
 /// Most values along an axis: places between them are numbers of f32.
 pub const MAX_VOXELS: usize = 1 << 22;
 
+/// Part of the way to the next lattice points that bounds reach beyond what they are for.
+const MARGIN: f32 = 0.25;
+
 /// From here to twice as much, numbers of f32 are whole, and their last digits count them.
 const WHOLE: f32 = 8_388_608.0;
 const WHOLE_DIGITS: u32 = (1 << 23) - 1;
-
-/// Planes between lattice points that a ray meets, at most, for each unit of its longest way along an axis.
-const PLANES: f32 = 3.0;
 
 /// Distance of the points of Gauss and Legendre from the middle, over half the length.
 const POINT: f32 = 0.577_350_26;
@@ -36,11 +36,20 @@ fn whole_part(q: Vec3A) -> Vec3A {
     (q + (WHOLE - 0.5)) - WHOLE
 }
 
-/// A ray in the lattice: places are padded coordinates, in which value i sits at i + 1.
+/// A ray in the lattice.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LatticeRay {
     o: Vec3A,
     d: Vec3A,
+    inverse_d: Vec3A,
+    /// Axes along which it meets planes.
+    moves: BVec3A,
+    /// From the corner of a cube to the planes that the ray leaves it by.
+    to_exit: Vec3A,
+    /// From a cube to the next along each axis.
+    step: Vec3A,
+    /// Distance between planes.
+    t_step: Vec3A,
 }
 
 /// The values around a cube between lattice points, those on its near side along x and those on the far one, in the
@@ -52,20 +61,30 @@ struct Corners {
 
 /// A stretch of a ray within a cube between lattice points.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Piece {
-    /// Where it begins.
-    pub(super) t0: f32,
-    /// Where it ends, behind `t0`.
-    pub(super) t1: f32,
+struct Piece {
+    t0: f32,
+    t1: f32,
     /// The lattice point that all coordinates in the cube are above.
     corner: Vec3A,
 }
 
 impl LatticeRay {
-    /// The ray o + t d of voxel space.
+    /// The ray o + t d.
     #[inline]
     pub(super) fn new(o: Vec3A, d: Vec3A) -> Self {
-        Self { o: o + 0.5, d }
+        let inverse_d = d.recip();
+        let moves = inverse_d.abs().cmplt(Vec3A::INFINITY);
+        let forward = d.cmpgt(Vec3A::ZERO);
+        let step = Vec3A::select(forward, Vec3A::ONE, Vec3A::NEG_ONE);
+        Self {
+            o,
+            d,
+            inverse_d,
+            moves,
+            to_exit: Vec3A::select(forward, Vec3A::ONE, Vec3A::ZERO),
+            step: Vec3A::select(moves, step, Vec3A::ZERO),
+            t_step: Vec3A::select(moves, inverse_d.abs(), Vec3A::ZERO),
+        }
     }
 
     #[inline]
@@ -82,6 +101,22 @@ impl Corners {
         let low = rows.x + y * (rows.y - rows.x);
         let high = rows.z + y * (rows.w - rows.z);
         low + z * (high - low)
+    }
+
+    /// Mean of what is interpolated at `middle` + `off` and `middle` − `off`.
+    #[inline]
+    fn mean_of_two(&self, middle: Vec3A, off: Vec3A) -> f32 {
+        // How the four lines weigh: (1 − y or y) (1 − z or z). Of products, the sum keeps even powers of `off`.
+        const ABOVE_Y: Vec4 = Vec4::new(-1.0, 1.0, -1.0, 1.0);
+        const ABOVE_Z: Vec4 = Vec4::new(-1.0, -1.0, 1.0, 1.0);
+        const BELOW_Y: Vec4 = Vec4::new(1.0, 0.0, 1.0, 0.0);
+        const BELOW_Z: Vec4 = Vec4::new(1.0, 1.0, 0.0, 0.0);
+        let (by_y, by_z) = (BELOW_Y + ABOVE_Y * middle.y, BELOW_Z + ABOVE_Z * middle.z);
+        let (off_y, off_z) = (ABOVE_Y * off.y, ABOVE_Z * off.z);
+        let even = by_y * by_z + off_y * off_z;
+        let odd = by_y * off_z + by_z * off_y;
+        let sum = self.near * even + (self.far - self.near) * (even * middle.x + odd * off.x);
+        (sum.x + sum.z) + (sum.y + sum.w)
     }
 }
 
@@ -104,16 +139,27 @@ impl Lattice {
         }
     }
 
-    /// Largest of the values that interpolation reads within the box `lo..=hi` of voxel space and up to half a voxel
-    /// beyond, more than any rounding along a ray.
-    pub(super) fn largest_within(&self, lo: [usize; 3], hi: [usize; 3]) -> f32 {
-        // Those around lo − ½ … hi + ½.
+    /// An upper bound of the density between the lattice points `lo..=hi`, and nearly so up to a quarter of a cube beyond,
+    /// more than any rounding along a ray.
+    pub(super) fn bound(&self, lo: [usize; 3], hi: [usize; 3]) -> f32 {
+        let own = self.largest(lo, hi);
+        let last = self.n.to_array().map(|n| n as usize + 1);
+        let around = self.largest(
+            lo.map(|lo| lo.saturating_sub(1)),
+            [0, 1, 2].map(|axis| (hi[axis] + 1).min(last[axis])),
+        );
+        // Interpolation may round up.
+        (own + MARGIN * (around - own)) * (1.0 + 8.0 * f32::EPSILON)
+    }
+
+    /// Largest of the values at the lattice points `lo..=hi`.
+    fn largest(&self, lo: [usize; 3], hi: [usize; 3]) -> f32 {
         let [row, plane] = self.strides;
         let mut largest = 0f32;
-        for z in lo[2]..=hi[2] + 1 {
-            for y in lo[1]..=hi[1] + 1 {
+        for z in lo[2]..=hi[2] {
+            for y in lo[1]..=hi[1] {
                 let line = z * plane + y * row;
-                largest = self.padded[line + lo[0]..=line + hi[0] + 1]
+                largest = self.padded[line + lo[0]..=line + hi[0]]
                     .iter()
                     .copied()
                     .fold(largest, f32::max);
@@ -124,65 +170,62 @@ impl Lattice {
 
     #[inline]
     fn corners(&self, corner: Vec3A) -> Corners {
-        let [x, y, z] = (corner + WHOLE)
-            .to_array()
-            .map(|c| (c.to_bits() & WHOLE_DIGITS) as usize);
+        let digits = corner + WHOLE;
+        let whole = |c: f32| (c.to_bits() & WHOLE_DIGITS) as usize;
+        let (x, y, z) = (whole(digits.x), whole(digits.y), whole(digits.z));
         let [row, plane] = self.strides;
         let base = z * plane + y * row + x;
-        let [v0, v1, v2, v3] = [0, row, plane, plane + row].map(|offset| {
-            let v = &self.padded[base + offset..][..2];
-            [v[0], v[1]]
-        });
+        let line = |offset: usize| &self.padded[base + offset..][..2];
+        let (v0, v1, v2, v3) = (line(0), line(row), line(plane), line(plane + row));
         Corners {
             near: Vec4::new(v0[0], v1[0], v2[0], v3[0]),
             far: Vec4::new(v0[1], v1[1], v2[1], v3[1]),
         }
     }
 
-    /// Interpolated density at a point of voxel space inside the cells.
+    /// Interpolated density at a place inside the cells.
     #[inline]
-    pub(super) fn density(&self, p: Vec3A) -> f32 {
-        let q = (p + 0.5).clamp(Vec3A::splat(0.5), self.n + 0.5);
+    pub(super) fn density(&self, place: Vec3A) -> f32 {
+        let q = place.clamp(Vec3A::splat(0.5), self.n + 0.5);
         let corner = whole_part(q);
         self.corners(corner).interpolate((q - corner).to_array())
     }
 
-    /// The stretches between `t0` and `t1` of a ray, which is inside the cells there.
-    #[inline]
-    pub(super) fn pieces(&self, ray: &LatticeRay, t0: f32, t1: f32) -> Pieces {
-        let inverse_d = ray.d.recip();
-        let moves = inverse_d.abs().cmplt(Vec3A::INFINITY);
-        let forward = ray.d.cmpgt(Vec3A::ZERO);
-        let start = ray.at(t0).clamp(Vec3A::splat(0.5), self.n + 0.5);
-        let corner = whole_part(start);
-        let next = corner + Vec3A::select(forward, Vec3A::ONE, Vec3A::ZERO);
-        let step = Vec3A::select(forward, Vec3A::ONE, Vec3A::NEG_ONE);
-        let length = (ray.d.abs() * (t1 - t0)).max_element();
-        Pieces {
-            t: t0,
-            t1,
-            corner,
-            last_corner: self.n,
-            border: Vec3A::select(moves, (next - ray.o) * inverse_d, Vec3A::INFINITY),
-            step: Vec3A::select(moves, step, Vec3A::ZERO),
-            t_step: Vec3A::select(moves, inverse_d.abs(), Vec3A::ZERO),
-            n_left: (length * PLANES) as u32 + 8,
-        }
-    }
-
     /// Integral of the density over a stretch.
     #[inline]
-    pub(super) fn column(&self, ray: &LatticeRay, piece: &Piece) -> f32 {
+    fn column(&self, ray: &LatticeRay, piece: &Piece) -> f32 {
         let (middle, half) = (0.5 * (piece.t0 + piece.t1), 0.5 * (piece.t1 - piece.t0));
-        let corners = self.corners(piece.corner);
-        let at = |t: f32| corners.interpolate((ray.at(t) - piece.corner).to_array());
-        let sum = at(middle - POINT * half) + at(middle + POINT * half);
+        let mean = self
+            .corners(piece.corner)
+            .mean_of_two(ray.at(middle) - piece.corner, ray.d * (POINT * half));
         // Rounding may put a place outside the cube.
-        (half * sum).max(0.0)
+        (2.0 * half * mean).max(0.0)
+    }
+
+    /// Goes on to `t1`, adding the density to `column`, but no further than to where that reaches `limit`: the distance
+    /// if it does.
+    #[inline]
+    pub(super) fn integrate(
+        &self,
+        ray: &LatticeRay,
+        march: &mut March,
+        t1: f32,
+        column: &mut f64,
+        limit: f64,
+    ) -> Option<f32> {
+        while march.t < t1 {
+            let piece = march.next(ray, self.n, t1);
+            let longer = *column + f64::from(self.column(ray, &piece));
+            if longer >= limit {
+                return Some(self.reach(ray, &piece, limit - *column));
+            }
+            *column = longer;
+        }
+        None
     }
 
     /// The distance in a stretch at which the integral of the density from its beginning reaches `column`, or its end.
-    pub(super) fn reach(&self, ray: &LatticeRay, piece: &Piece, column: f64) -> f32 {
+    fn reach(&self, ray: &LatticeRay, piece: &Piece, column: f64) -> f32 {
         let corners = self.corners(piece.corner);
         let [a, b] = [piece.t0, piece.t1].map(|t| (ray.at(t) - piece.corner).to_array());
         let at = |x: f32, y: f32, z: f32| f64::from(corners.interpolate([x, y, z]).max(0.0));
@@ -245,46 +288,52 @@ fn solve_integral(density: [f64; 4], target: f64) -> f64 {
     s
 }
 
-/// Iterator over the stretches of a ray (Amanatides and Woo 1987).
+/// A walk along a ray from cube to cube (Amanatides and Woo 1987).
 #[derive(Clone, Debug)]
-pub(super) struct Pieces {
+pub(super) struct March {
     t: f32,
-    t1: f32,
     corner: Vec3A,
-    /// Largest corner there is.
-    last_corner: Vec3A,
+    /// Distances of the planes ahead.
     border: Vec3A,
-    step: Vec3A,
-    t_step: Vec3A,
-    /// Planes that may still be met. Far from the origin distances may be too coarse to tell them apart.
-    n_left: u32,
 }
 
-impl Iterator for Pieces {
-    type Item = Piece;
-
+impl March {
+    /// At the distance `t0`, where the ray is inside the cells.
     #[inline]
-    fn next(&mut self) -> Option<Piece> {
-        while self.t < self.t1 {
-            let end = if self.n_left == 0 {
-                self.t1
-            } else {
-                self.n_left -= 1;
-                self.border.min_element().min(self.t1)
-            };
-            let piece = Piece {
-                t0: self.t,
-                t1: end,
-                corner: self.corner.clamp(Vec3A::ZERO, self.last_corner),
-            };
-            let crossed = self.border.cmple(Vec3A::splat(end));
-            self.corner += Vec3A::select(crossed, self.step, Vec3A::ZERO);
-            self.border += Vec3A::select(crossed, self.t_step, Vec3A::ZERO);
-            if end > self.t {
-                self.t = end;
-                return Some(piece);
-            }
+    pub(super) fn new(lattice: &Lattice, ray: &LatticeRay, t0: f32) -> Self {
+        let start = ray.at(t0).clamp(Vec3A::splat(0.5), lattice.n + 0.5);
+        let corner = whole_part(start);
+        let border = (corner + ray.to_exit - ray.o) * ray.inverse_d;
+        Self {
+            t: t0,
+            corner,
+            border: Vec3A::select(ray.moves, border, Vec3A::INFINITY),
         }
-        None
+    }
+
+    /// How far it has come.
+    #[inline]
+    pub(super) fn t(&self) -> f32 {
+        self.t
+    }
+
+    /// The next stretch before `t1`, perhaps of no length; `t1` is ahead. Corners are up to `last_corner`.
+    #[inline]
+    fn next(&mut self, ray: &LatticeRay, last_corner: Vec3A, t1: f32) -> Piece {
+        let ahead = self.border.min_element();
+        let end = ahead.min(t1).max(self.t);
+        let piece = Piece {
+            t0: self.t,
+            t1: end,
+            corner: self.corner.clamp(Vec3A::ZERO, last_corner),
+        };
+        let crossed = self.border.cmple(Vec3A::splat(end));
+        self.corner += Vec3A::select(crossed, ray.step, Vec3A::ZERO);
+        let border = self.border + Vec3A::select(crossed, ray.t_step, Vec3A::ZERO);
+        // Far from the origin distances may be too coarse to tell planes apart.
+        let is_stuck = crossed.any() && border == self.border;
+        self.border = border;
+        self.t = if is_stuck { t1 } else { end };
+        piece
     }
 }

@@ -1,6 +1,7 @@
 //! Local majorants: a coarse grid of upper bounds on density, walked cell by cell along a ray.
 //!
-//! One bright voxel then slows down only the rays that pass its neighbourhood, and empty cells cost one step.
+//! One bright voxel then slows down only the rays that pass its neighbourhood, and empty cells cost one step. Places are
+//! padded coordinates, see [`lattice`](crate::medium::lattice): a cell is made of whole cubes between lattice points.
 
 use glam::Vec3A;
 
@@ -10,26 +11,28 @@ pub(super) struct MajorantGrid {
     /// Upper bound in each cell, x fastest.
     cells: Vec<f32>,
     n: [u32; 3],
-    /// Size of the domain [0, size] in voxels.
-    size: Vec3A,
+    /// Largest place of the domain, which begins at ½ along each axis.
+    end: Vec3A,
     /// Largest of `cells`.
     max: f32,
 }
 
-/// Edge length of a cell in voxels.
-pub(super) const CELL: usize = 4;
+/// Edge length of a cell in cubes between lattice points.
+const CELL: usize = 4;
+/// Smallest place of the domain.
+const BEGIN: f32 = 0.5;
 
 impl MajorantGrid {
-    /// `bound(lo, hi)` bounds the field over the voxel-space box `lo..=hi`, with a margin that covers rounding of
-    /// positions along a ray; `n_voxels` is the size of the domain.
+    /// `bound(lo, hi)` bounds the field between the lattice points `lo..=hi`, with a margin that covers rounding of
+    /// positions along a ray; `n_voxels` is the number of values along each axis.
     pub(super) fn new(n_voxels: [usize; 3], bound: impl Fn([usize; 3], [usize; 3]) -> f32) -> Self {
-        let n = n_voxels.map(|n| n.div_ceil(CELL));
+        let n = n_voxels.map(|n| (n + 1).div_ceil(CELL));
         let mut cells = Vec::with_capacity(n[0] * n[1] * n[2]);
         for z in 0..n[2] {
             for y in 0..n[1] {
                 for x in 0..n[0] {
                     let lo = [x * CELL, y * CELL, z * CELL];
-                    let hi = [0, 1, 2].map(|axis| (lo[axis] + CELL).min(n_voxels[axis]));
+                    let hi = [0, 1, 2].map(|axis| (lo[axis] + CELL).min(n_voxels[axis] + 1));
                     cells.push(bound(lo, hi));
                 }
             }
@@ -38,7 +41,7 @@ impl MajorantGrid {
         Self {
             cells,
             n: n.map(|n| n as u32),
-            size: Vec3A::new(n_voxels[0] as f32, n_voxels[1] as f32, n_voxels[2] as f32),
+            end: Vec3A::from(n_voxels.map(|n| n as f32 + 0.5)),
             max,
         }
     }
@@ -47,18 +50,18 @@ impl MajorantGrid {
         self.max
     }
 
-    /// Walks the cells that the ray o + t d (voxel space, t in (0, `t_max`)) passes through.
+    /// Walks the cells that the ray o + t d, t in (0, `t_max`), passes through.
     #[inline]
     pub(super) fn walk(&self, o: Vec3A, d: Vec3A, t_max: f32) -> Walk<'_> {
         // Clip to the domain. Along an axis of no motion the ray is inside for ever or never.
         let inverse_d = d.recip();
-        let (t_lo, t_hi) = (-o * inverse_d, (self.size - o) * inverse_d);
+        let (t_lo, t_hi) = ((BEGIN - o) * inverse_d, (self.end - o) * inverse_d);
         let (mut t0, mut t1) = (0.0f32, t_max);
         for axis in 0..3 {
             if d[axis] != 0.0 {
                 t0 = t0.max(t_lo[axis].min(t_hi[axis]));
                 t1 = t1.min(t_lo[axis].max(t_hi[axis]));
-            } else if !(0.0..=self.size[axis]).contains(&o[axis]) {
+            } else if !(BEGIN..=self.end[axis]).contains(&o[axis]) {
                 return Walk::nowhere(self);
             }
         }
@@ -188,7 +191,7 @@ mod tests {
     fn segments_cover_the_ray_inside_the_grid_and_lie_in_their_cells() {
         // Each cell's majorant is its index + 1, so that a segment tells which cell it claims to be in.
         let n_voxels = [17, 9, 30];
-        let n = n_voxels.map(|n: usize| n.div_ceil(CELL));
+        let n = n_voxels.map(|n: usize| (n + 1).div_ceil(CELL));
         let grid = MajorantGrid::new(n_voxels, |lo, _| {
             let [x, y, z] = lo.map(|v| v / CELL);
             ((z * n[1] + y) * n[0] + x + 1) as f32
@@ -197,7 +200,7 @@ mod tests {
         let mut rng = Rng::new(11);
         for k in 0..20_000 {
             let mut random = || Vec3A::new(rng.uniform(), rng.uniform(), rng.uniform());
-            let (mut o, target) = (random() * 3.0 * size - size, random() * size);
+            let (mut o, target) = (random() * 3.0 * size - size, random() * size + BEGIN);
             if k % 5 == 0 {
                 o = (o / CELL as f32).round() * CELL as f32; // On the planes between cells.
             }
@@ -219,12 +222,12 @@ mod tests {
             for axis in 0..3 {
                 let (o, d, s) = (o[axis] as f64, d[axis] as f64, size[axis] as f64);
                 if d == 0.0 {
-                    if o < 0.0 || o > s {
+                    if o < 0.5 || o > s + 0.5 {
                         far = -1.0;
                     }
                     continue;
                 }
-                let (a, b) = (-o / d, (s - o) / d);
+                let (a, b) = ((0.5 - o) / d, (s + 0.5 - o) / d);
                 near = near.max(a.min(b));
                 far = far.min(a.max(b));
             }
