@@ -139,10 +139,7 @@ impl Path {
                 {
                     state.light_fog(fog, hit.as_ref());
                 }
-                let depth = match first_depth.take() {
-                    Some(depth) => depth,
-                    None => state.rng.exponential(),
-                };
+                let depth = first_depth.take();
                 match medium.sample(&state.ray, t_max, state.beta, depth, &mut state.rng) {
                     MediumEvent::Pass { weight } => {
                         state.beta *= weight;

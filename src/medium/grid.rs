@@ -102,14 +102,17 @@ pub struct GridMedium {
     pub phase: HenyeyGreenstein,
     /// Extinction is the same in every channel.
     is_grey: bool,
-    /// Voxels with density are so thick that integrals over them are less work than dice.
-    is_thick: bool,
+    /// Rays meet so few voxels that integrals over them are worth their time: they leave the noise to the path.
+    integrates: bool,
 }
 
 /// Transmittance below which Russian roulette is played.
 const ROULETTE_BELOW: f32 = 0.1;
-/// Optical depth of a voxel, on average over those with density, from which on integrals are less work than dice.
-const THICK: f64 = 0.1;
+/// Optical depth of a voxel, on average over those with density, from which on few of them are passed.
+const THICK: f64 = 0.05;
+/// Length of a grid, in voxels, up to which few are passed however thin they are. Measured on the grid of a cloud, 100
+/// voxels long: with integrals pictures are 1.1 to 1.5 times as efficient at optical depths of 0.02 to 0.3 a voxel.
+const SHORT: usize = 128;
 
 impl GridMedium {
     /// `sigma_a`, `sigma_s` per unit of render space at density 1; `unit_from_render` maps the grid's box to [0, 1]³.
@@ -120,6 +123,7 @@ impl GridMedium {
         sigma_s: Rgb,
         phase: HenyeyGreenstein,
     ) -> Self {
+        let n_longest = density.n.into_iter().max().unwrap_or(0);
         let n = density.n.map(|n| n as f64);
         let scale = glam::DAffine3::from_scale(glam::DVec3::from(n));
         let affine = scale * *unit_from_render.affine();
@@ -137,7 +141,7 @@ impl GridMedium {
             sigma_s,
             phase,
             is_grey,
-            is_thick: depth >= THICK,
+            integrates: depth >= THICK || n_longest <= SHORT,
         }
     }
 
@@ -187,15 +191,23 @@ impl GridMedium {
         None
     }
 
-    /// Exactly where grey voxels are thick, by delta tracking (Woodcock 1965) under local majorants where they are thin;
-    /// coloured extinction by spectral tracking (Kutz et al. 2017), where the throughput of the path decides between real
-    /// and null collisions.
+    #[inline]
+    fn grey_collision(&self, t: f32) -> MediumEvent {
+        MediumEvent::Scatter {
+            t,
+            weight: self.sigma_s * (1.0 / self.sigma_t.max_component()),
+        }
+    }
+
+    /// By delta tracking (Woodcock 1965) under local majorants, or exactly for a given depth if grey voxels are thick:
+    /// dice would scatter what the depth keeps apart. Coloured extinction by spectral tracking (Kutz et al. 2017), where
+    /// the throughput of the path decides between real and null collisions.
     pub(super) fn sample(
         &self,
         ray: &Ray,
         t_max: f32,
         beta: Rgb,
-        depth: f32,
+        depth: Option<f32>,
         rng: &mut Rng,
     ) -> MediumEvent {
         if self.sigma_s.is_black() {
@@ -204,23 +216,26 @@ impl GridMedium {
             };
         }
         let sigma = self.sigma_t.max_component();
+        if let Some(depth) = depth
+            && self.is_grey
+            && self.integrates
+        {
+            let (o, d) = self.lattice_ray(ray);
+            let limit = f64::from(depth) / f64::from(sigma);
+            return match self.density.column(o, d, t_max, limit) {
+                Column::Below(_) => MediumEvent::Pass { weight: Rgb::ONE },
+                Column::Reached(t) => self.grey_collision(t),
+            };
+        }
+        let depth = depth.unwrap_or_else(|| rng.exponential());
         if self.is_grey {
-            let t = if self.is_thick {
-                let (o, d) = self.lattice_ray(ray);
-                let limit = f64::from(depth) / f64::from(sigma);
-                match self.density.column(o, d, t_max, limit) {
-                    Column::Below(_) => None,
-                    Column::Reached(t) => Some(t),
-                }
-            } else {
-                self.track(ray, t_max, sigma, depth, rng, |t, ratio, rng| {
+            return self
+                .track(ray, t_max, sigma, depth, rng, |t, ratio, rng| {
                     (rng.uniform() < ratio).then_some(t)
                 })
-            };
-            let albedo = self.sigma_s * (1.0 / sigma);
-            return t.map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| {
-                MediumEvent::Scatter { t, weight: albedo }
-            });
+                .map_or(MediumEvent::Pass { weight: Rgb::ONE }, |t| {
+                    self.grey_collision(t)
+                });
         }
         let relative = self.sigma_t * (1.0 / sigma);
         let scattering = self.sigma_s * (1.0 / sigma);
@@ -246,7 +261,7 @@ impl GridMedium {
     /// they are thin; with Russian roulette once little is left.
     pub(super) fn transmittance(&self, ray: &Ray, t_max: f32, rng: &mut Rng) -> Rgb {
         let only_absorbs = self.sigma_s.is_black();
-        if self.is_thick || only_absorbs {
+        if self.integrates || only_absorbs {
             return self.exact_transmittance(ray, t_max, (!only_absorbs).then_some(rng));
         }
         let sigma = self.sigma_t.max_component();

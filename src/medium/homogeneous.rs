@@ -77,7 +77,13 @@ impl Homogeneous {
 
     /// Draws a distance by the extinction of one channel and weighs it by all of them (the balance heuristic over
     /// channels; pbrt 3rd ed., section 15.2.1). A medium that only absorbs needs no dice.
-    pub(super) fn sample(&self, t_max: f32, beta: Rgb, depth: f32, rng: &mut Rng) -> MediumEvent {
+    pub(super) fn sample(
+        &self,
+        t_max: f32,
+        beta: Rgb,
+        depth: Option<f32>,
+        rng: &mut Rng,
+    ) -> MediumEvent {
         if self.sigma_s.is_black() {
             return MediumEvent::Pass {
                 weight: self.transmittance(t_max),
@@ -94,7 +100,7 @@ impl Homogeneous {
             2
         };
         // No extinction in that channel: the flight never ends.
-        let t = depth / self.sigma_t[channel];
+        let t = depth.unwrap_or_else(|| rng.exponential()) / self.sigma_t[channel];
         // Relative to the channel of least extinction, so that nothing underflows in thick media.
         let excess = self.sigma_t - Rgb::splat(self.sigma_t.min_component());
         if t < t_max {

@@ -66,7 +66,8 @@ impl Medium {
     }
 
     /// Draws what happens to a path of throughput `beta` on the segment (0, `t_max`) of the ray; `t_max` may be ∞.
-    /// `depth` is the exponential variate of mean 1 that the length of the flight is drawn by.
+    /// `depth` is the exponential variate of mean 1 that the length of the flight is drawn by, if it is one of a set that
+    /// is more even than chance; `rng` gives one otherwise.
     ///
     /// Unbiased for each channel. `beta` decides only which channel guides the choice.
     #[inline]
@@ -75,7 +76,7 @@ impl Medium {
         ray: &Ray,
         t_max: f32,
         beta: Rgb,
-        depth: f32,
+        depth: Option<f32>,
         rng: &mut Rng,
     ) -> MediumEvent {
         match self {

@@ -148,8 +148,7 @@ impl<'a> Tracer<'a> {
             if head.medium.is_some() {
                 let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
                 let medium = world.medium(head.medium);
-                let depth = self.rng.exponential();
-                match medium.sample(&head.ray, t_max, head.beta, depth, &mut self.rng) {
+                match medium.sample(&head.ray, t_max, head.beta, None, &mut self.rng) {
                     MediumEvent::Pass { weight } => head.beta *= weight,
                     MediumEvent::Scatter { t, weight } => {
                         head.beta *= weight;
