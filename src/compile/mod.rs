@@ -138,6 +138,7 @@ fn build(
         assets,
         &mut builders.media,
         &mut parts,
+        &integrator.integrator,
         diagnostics,
     );
     let needs_light = !matches!(integrator.integrator, Integrator::AmbientOcclusion(_));

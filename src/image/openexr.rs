@@ -13,6 +13,8 @@ use ::exr::prelude::{
     SmallVec, Text, Vec2, f16,
 };
 
+use half::slice::HalfFloatSliceExt;
+
 use crate::image::codec::{self, Attribute, ImageFile, Precision};
 use crate::image::{Image, ImageError, PixelRect, sample_count};
 
@@ -69,11 +71,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
                 (line.location.position.y() * width + line.location.position.x()) * channels;
             let pixels = data.get_mut(start..start + line.location.sample_count * channels);
             let pixels = pixels.ok_or_else(misplaced_block)?;
-            let samples = pixels.iter_mut().skip(slot).step_by(channels);
             read_line(
                 &line,
                 header.channels.list[line.location.channel].sample_type,
-                samples,
+                Slots {
+                    pixels,
+                    channels,
+                    slot,
+                },
             );
         }
     }
@@ -168,31 +173,49 @@ fn check_chunk(chunk: &Chunk, header: &Header) -> Result<(), ImageError> {
     Ok(())
 }
 
-/// One line of one channel, converted to f32. Samples of decompressed lines are in the byte order of this machine.
-fn read_line<'a>(
-    line: &LineRef<'_>,
-    sample_type: SampleType,
-    samples: impl Iterator<Item = &'a mut f32>,
-) {
-    match sample_type {
-        SampleType::F16 => convert(line.value, samples, |bytes| {
-            f16::from_ne_bytes(bytes).to_f32()
-        }),
-        SampleType::F32 => convert(line.value, samples, f32::from_ne_bytes),
-        SampleType::U32 => convert(line.value, samples, |bytes| {
-            u32::from_ne_bytes(bytes) as f32
-        }),
+/// The same sample of each of some pixels.
+struct Slots<'a> {
+    pixels: &'a mut [f32],
+    /// 1 or 3.
+    channels: usize,
+    slot: usize,
+}
+
+impl Slots<'_> {
+    fn fill(self, values: impl Iterator<Item = f32>) {
+        // Known strides make for short loops.
+        if self.channels == 1 {
+            for (sample, value) in self.pixels.iter_mut().zip(values) {
+                *sample = value;
+            }
+        } else {
+            for (pixel, value) in self.pixels.as_chunks_mut::<3>().0.iter_mut().zip(values) {
+                pixel[self.slot] = value;
+            }
+        }
     }
 }
 
-fn convert<'a, const N: usize>(
-    bytes: &[u8],
-    samples: impl Iterator<Item = &'a mut f32>,
-    value: impl Fn([u8; N]) -> f32,
-) {
-    for (sample, &bytes) in samples.zip(bytes.as_chunks().0) {
-        *sample = value(bytes);
+/// One line of one channel, converted to f32. Samples of decompressed lines are in the byte order of this machine.
+fn read_line(line: &LineRef<'_>, sample_type: SampleType, slots: Slots<'_>) {
+    match sample_type {
+        SampleType::F16 => {
+            let halves = line.value.as_chunks().0.iter();
+            let halves: Vec<f16> = halves.map(|&bytes| f16::from_ne_bytes(bytes)).collect();
+            slots.fill(halves.to_f32_vec().into_iter());
+        }
+        SampleType::F32 => slots.fill(samples(line.value, f32::from_ne_bytes)),
+        SampleType::U32 => slots.fill(samples(line.value, |bytes| {
+            u32::from_ne_bytes(bytes) as f32
+        })),
     }
+}
+
+fn samples<const N: usize>(
+    bytes: &[u8],
+    value: impl Fn([u8; N]) -> f32,
+) -> impl Iterator<Item = f32> {
+    bytes.as_chunks().0.iter().map(move |&bytes| value(bytes))
 }
 
 /// Which part and which of its channels make the picture.

@@ -99,6 +99,14 @@ impl Integrator {
         matches!(self, Self::Path(_) | Self::VolPath(_))
     }
 
+    /// Whether light is drawn for surfaces by their normals.
+    pub fn asks_by_normals(&self) -> bool {
+        matches!(
+            self,
+            Self::Path(_) | Self::VolPath(_) | Self::Sppm(_) | Self::Direct(_)
+        )
+    }
+
     /// The same radiance, and to the bit; the observer is told how it comes about if the integrator
     /// [can tell](Self::is_observable).
     pub fn li_observed(

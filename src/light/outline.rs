@@ -61,26 +61,22 @@ impl Outline {
             chances: Vec::new(),
         };
         // Between texels both are bilinear: the difference is largest, relative to the outline, at one of them.
-        let spread = |cell: usize| {
+        let spread = |places: &mut Vec<f32>, cell: usize| {
             let (left, top) = (cell % n_columns * side, cell / n_columns * side);
             let right = (left + side).min(width);
+            places.clear();
+            places.extend((left..right).flat_map(|x| {
+                let [u, _] = outline.place(left, top, (x - left) as f32, 0.0);
+                [u; 3]
+            }));
             let mut spread = 0f32;
             for y in top..=(top + side).min(height) {
                 let line = line(y);
                 let [_, v] = outline.place(left, top, 0.0, (y - top) as f32);
-                let [from, to] = outline.across(cell, v);
-                let texels = line[left..right].iter().chain([&line[right % width]]);
-                for (x, &texel) in texels.enumerate() {
-                    let [u, _] = outline.place(left, top, x as f32, 0.0);
-                    let near = from * (1.0 - u) + to * u;
-                    for (near, exact) in near.to_array().into_iter().zip(texel) {
-                        if near != exact {
-                            // Infinite, or no number, where nothing is relative to anything.
-                            let off = (exact - near).abs() / near;
-                            spread = spread.max(if off < 1.0 { off } else { 1.0 });
-                        }
-                    }
-                }
+                let ends = outline.across(cell, v).map(Rgb::to_array);
+                let inner = spread_along(ends, places, line[left..right].as_flattened());
+                let last = spread_along(ends, &[1.0; 3], &line[right % width]);
+                spread = spread.max(inner).max(last);
                 if spread * CHANCE_PER_SPREAD > SMOOTH_BELOW {
                     return 1.0;
                 }
@@ -90,10 +86,12 @@ impl Outline {
         outline.chances = (0..n_columns * n_rows)
             .into_par_iter()
             .with_min_len(n_columns)
-            .map(|cell| match CHANCE_PER_SPREAD * spread(cell) {
-                0.0 => 0.0,
-                chance if chance <= SMOOTH_BELOW => chance.max(LEAST_CHANCE),
-                _ => 1.0,
+            .map_init(Vec::new, |places, cell| {
+                match CHANCE_PER_SPREAD * spread(places, cell) {
+                    0.0 => 0.0,
+                    chance if chance <= SMOOTH_BELOW => chance.max(LEAST_CHANCE),
+                    _ => 1.0,
+                }
             })
             .collect();
         outline
@@ -148,6 +146,36 @@ impl Outline {
             Outlined::Certain(outline)
         }
     }
+}
+
+/// Largest difference, relative to the line from one of `ends` to the other and at most 1, of samples at places in
+/// [0, 1] on it. The samples are those of whole texels; each has its place.
+fn spread_along([from, to]: [[f32; 3]; 2], places: &[f32], samples: &[f32]) -> f32 {
+    // Samples of four texels at a time: so many that the same channel is in the same lane again.
+    const LANES: usize = 12;
+    let off = |lane: usize, place: f32, exact: f32| {
+        let near = from[lane % 3] * (1.0 - place) + to[lane % 3] * place;
+        // Infinite, or no number, where nothing is relative to anything.
+        let off = (exact - near).abs() / near;
+        let off = if off < 1.0 { off } else { 1.0 };
+        if near == exact { 0.0 } else { off }
+    };
+    let mut largest = [0f32; LANES];
+    let (place_chunks, last_places) = places.as_chunks::<LANES>();
+    let (sample_chunks, last_samples) = samples.as_chunks::<LANES>();
+    for (places, samples) in place_chunks.iter().zip(sample_chunks) {
+        for lane in 0..LANES {
+            let off = off(lane, places[lane], samples[lane]);
+            largest[lane] = if off > largest[lane] {
+                off
+            } else {
+                largest[lane]
+            };
+        }
+    }
+    let rest = last_places.iter().zip(last_samples).enumerate();
+    let rest = rest.map(|(lane, (&place, &exact))| off(lane, place, exact));
+    largest.into_iter().chain(rest).fold(0.0, f32::max)
 }
 
 #[cfg(test)]
