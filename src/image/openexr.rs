@@ -182,40 +182,54 @@ struct Slots<'a> {
 }
 
 impl Slots<'_> {
-    fn fill(self, values: impl Iterator<Item = f32>) {
-        // Known strides make for short loops.
-        if self.channels == 1 {
-            for (sample, value) in self.pixels.iter_mut().zip(values) {
-                *sample = value;
-            }
-        } else {
-            for (pixel, value) in self.pixels.as_chunks_mut::<3>().0.iter_mut().zip(values) {
-                pixel[self.slot] = value;
+    /// Fills as many as there are stored samples, at most [`AT_ONCE`] at a time.
+    fn fill<const N: usize>(self, stored: &[u8], convert: impl Fn(&[[u8; N]], &mut [f32])) {
+        let mut values = [0.0; AT_ONCE];
+        let pixels = self.pixels.chunks_mut(AT_ONCE * self.channels);
+        for (pixels, stored) in pixels.zip(stored.as_chunks().0.chunks(AT_ONCE)) {
+            let values = &mut values[..stored.len()];
+            convert(stored, values);
+            // A known stride makes for a short loop.
+            if self.channels == 1 {
+                for (sample, &value) in pixels.iter_mut().zip(&*values) {
+                    *sample = value;
+                }
+            } else {
+                for (pixel, &value) in pixels.as_chunks_mut::<3>().0.iter_mut().zip(&*values) {
+                    pixel[self.slot] = value;
+                }
             }
         }
     }
 }
+
+/// Samples converted at a time: few enough for the stack.
+const AT_ONCE: usize = 256;
 
 /// One line of one channel, converted to f32. Samples of decompressed lines are in the byte order of this machine.
 fn read_line(line: &LineRef<'_>, sample_type: SampleType, slots: Slots<'_>) {
     match sample_type {
-        SampleType::F16 => {
-            let halves = line.value.as_chunks().0.iter();
-            let halves: Vec<f16> = halves.map(|&bytes| f16::from_ne_bytes(bytes)).collect();
-            slots.fill(halves.to_f32_vec().into_iter());
-        }
-        SampleType::F32 => slots.fill(samples(line.value, f32::from_ne_bytes)),
-        SampleType::U32 => slots.fill(samples(line.value, |bytes| {
-            u32::from_ne_bytes(bytes) as f32
-        })),
+        SampleType::F16 => slots.fill(line.value, |stored, values| {
+            let mut halves = [f16::ZERO; AT_ONCE];
+            let halves = &mut halves[..stored.len()];
+            for (half, &bytes) in halves.iter_mut().zip(stored) {
+                *half = f16::from_ne_bytes(bytes);
+            }
+            halves.convert_to_f32_slice(values);
+        }),
+        SampleType::F32 => slots.fill(line.value, |stored, values| {
+            each(stored, values, f32::from_ne_bytes);
+        }),
+        SampleType::U32 => slots.fill(line.value, |stored, values| {
+            each(stored, values, |bytes| u32::from_ne_bytes(bytes) as f32);
+        }),
     }
 }
 
-fn samples<const N: usize>(
-    bytes: &[u8],
-    value: impl Fn([u8; N]) -> f32,
-) -> impl Iterator<Item = f32> {
-    bytes.as_chunks().0.iter().map(move |&bytes| value(bytes))
+fn each<const N: usize>(stored: &[[u8; N]], values: &mut [f32], value: impl Fn([u8; N]) -> f32) {
+    for (sample, &bytes) in values.iter_mut().zip(stored) {
+        *sample = value(bytes);
+    }
 }
 
 /// Which part and which of its channels make the picture.

@@ -60,34 +60,37 @@ struct Run {
 impl Run {
     /// Of the first texel of each patch, and what follows the last.
     fn new(firsts: &[f32], end: f32) -> Self {
+        // In lanes, so that there are instructions for several.
         const LANES: usize = 4;
         let (chunks, rest) = firsts.as_chunks::<LANES>();
         let mut sums = [0f64; LANES];
         let (mut least, mut largest) = ([end; LANES], [end; LANES]);
-        let mut add = |lane: usize, luminance: f32| {
-            sums[lane] += f64::from(luminance);
-            if luminance < least[lane] {
-                least[lane] = luminance;
-            }
-            if luminance > largest[lane] {
-                largest[lane] = luminance;
-            }
-        };
         for chunk in chunks {
-            for (lane, &luminance) in chunk.iter().enumerate() {
-                add(lane, luminance);
+            for lane in 0..LANES {
+                let luminance = chunk[lane];
+                sums[lane] += f64::from(luminance);
+                least[lane] = lesser(luminance, least[lane]);
+                largest[lane] = greater(luminance, largest[lane]);
             }
         }
-        for (lane, &luminance) in rest.iter().enumerate() {
-            add(lane, luminance);
-        }
-        let sum: f64 = sums.iter().sum();
+        let rest = || rest.iter().copied();
+        let sum = sums.into_iter().chain(rest().map(f64::from)).sum::<f64>();
         Self {
             sum: sum + (sum - f64::from(firsts[0]) + f64::from(end)),
-            least: least.into_iter().fold(end, f32::min),
-            largest: largest.into_iter().fold(end, f32::max),
+            least: least.into_iter().chain(rest()).fold(end, lesser),
+            largest: largest.into_iter().chain(rest()).fold(end, greater),
         }
     }
+}
+
+/// The lesser of two numbers, for which there is one instruction.
+fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers.
+fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
 }
 
 impl<'a> Luminances<'a> {
@@ -198,7 +201,11 @@ impl Weights for Emphasised<'_> {
                 .corners(columns.clone(), row)
                 .map(|luminance| f64::from(self.emphasis.of(luminance)));
             let mut left = corners.next().unwrap_or_default();
-            means.extend(corners.map(|right| left + std::mem::replace(&mut left, right)));
+            means.extend(corners.map(|right| {
+                let sum = left + right;
+                left = right;
+                sum
+            }));
         }
         for (y, row) in rows.enumerate() {
             let sine = self.luminances.sines[row];

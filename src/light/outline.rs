@@ -26,6 +26,8 @@ pub(super) struct Outline {
     height: usize,
     /// Texels along the side of a cell.
     side: usize,
+    /// Cells side by side.
+    n_columns: usize,
     /// Row by row, one more in each direction than there are cells.
     corners: Vec<[f32; 3]>,
     /// For each cell: the chance of looking up the difference; 1 where the outline is of no use.
@@ -57,13 +59,16 @@ impl Outline {
             width,
             height,
             side,
+            n_columns,
             corners,
             chances: Vec::new(),
         };
         // Between texels both are bilinear: the difference is largest, relative to the outline, at one of them.
         let spread = |places: &mut Vec<f32>, cell: usize| {
-            let (left, top) = (cell % n_columns * side, cell / n_columns * side);
+            let (column, row) = (cell % n_columns, cell / n_columns);
+            let (left, top) = (column * side, row * side);
             let right = (left + side).min(width);
+            let corners = outline.corners_of(column, row);
             places.clear();
             places.extend((left..right).flat_map(|x| {
                 let [u, _] = outline.place(left, top, (x - left) as f32, 0.0);
@@ -73,7 +78,7 @@ impl Outline {
             for y in top..=(top + side).min(height) {
                 let line = line(y);
                 let [_, v] = outline.place(left, top, 0.0, (y - top) as f32);
-                let ends = outline.across(cell, v).map(Rgb::to_array);
+                let ends = across(corners, v).map(Rgb::to_array);
                 let inner = spread_along(ends, places, line[left..right].as_flattened());
                 let last = spread_along(ends, &[1.0; 3], &line[right % width]);
                 spread = spread.max(inner).max(last);
@@ -106,16 +111,12 @@ impl Outline {
         ]
     }
 
-    /// The values at height `v` of a cell, at its left and its right edge.
+    /// The upper corners of a cell, then the lower ones.
     #[inline]
-    fn across(&self, cell: usize, v: f32) -> [Rgb; 2] {
-        let n_columns = self.width.div_ceil(self.side);
-        let above = cell / n_columns * (n_columns + 1) + cell % n_columns;
-        let below = above + n_columns + 1;
-        [0, 1].map(|i| {
-            Rgb::from_array(self.corners[above + i]) * (1.0 - v)
-                + Rgb::from_array(self.corners[below + i]) * v
-        })
+    fn corners_of(&self, column: usize, row: usize) -> [[Rgb; 2]; 2] {
+        let above = row * (self.n_columns + 1) + column;
+        let below = above + self.n_columns + 1;
+        [above, below].map(|first| [0, 1].map(|i| Rgb::from_array(self.corners[first + i])))
     }
 
     /// The value at (`x`, `y`) in [0, 1]² between four texels, of which the first is (`column`, `row`). `bits` decide
@@ -123,8 +124,7 @@ impl Outline {
     #[inline]
     pub(super) fn value(&self, column: usize, row: usize, [x, y]: [f32; 2], bits: u64) -> Outlined {
         let (cell_column, cell_row) = (column / self.side, row / self.side);
-        let cell = cell_row * self.width.div_ceil(self.side) + cell_column;
-        let chance = self.chances[cell];
+        let chance = self.chances[cell_row * self.n_columns + cell_column];
         if chance >= 1.0 {
             return Outlined::Ask {
                 outline: Rgb::BLACK,
@@ -138,7 +138,7 @@ impl Outline {
             (column - left) as f32 + x,
             (row - top) as f32 + y,
         );
-        let [from, to] = self.across(cell, v);
+        let [from, to] = across(self.corners_of(cell_column, cell_row), v);
         let outline = from * (1.0 - u) + to * u;
         if unit_f32((mix_bits(bits) >> 32) as u32) < chance {
             Outlined::Ask { outline, chance }
@@ -146,6 +146,12 @@ impl Outline {
             Outlined::Certain(outline)
         }
     }
+}
+
+/// The values at height `v` of a cell, at its left and its right edge.
+#[inline]
+fn across([above, below]: [[Rgb; 2]; 2], v: f32) -> [Rgb; 2] {
+    [0, 1].map(|i| above[i] * (1.0 - v) + below[i] * v)
 }
 
 /// Largest difference, relative to the line from one of `ends` to the other and at most 1, of samples at places in

@@ -131,11 +131,13 @@ impl Grid {
         row / self.side * self.n_cells[0] + column / self.side
     }
 
-    /// Row and column of the region of a cell.
+    /// Row and column of the region of a patch.
     #[inline]
-    fn region_of(&self, cell: usize) -> [usize; 2] {
-        let [x, y] = [cell % self.n_cells[0], cell / self.n_cells[0]];
-        [y / self.span[1], x / self.span[0]]
+    fn region_of(&self, column: usize, row: usize) -> [usize; 2] {
+        [
+            row / (self.side * self.span[1]),
+            column / (self.side * self.span[0]),
+        ]
     }
 
     /// Columns and rows of the patches of a cell.
@@ -243,8 +245,9 @@ impl PatchChoice {
             .map(|cell| (cell.sum / total) as f32)
             .collect();
         let parts = cell_weights.iter().enumerate().map(|(cell, &weight)| {
+            let [columns, rows] = grid.extent(cell);
             let direction = direction(grid.middle(cell));
-            (grid.region_of(cell), direction, weight)
+            (grid.region_of(columns.start, rows.start), direction, weight)
         });
         Some(Self {
             regions: Regions::new(parts, heeds_normals),
@@ -274,7 +277,7 @@ impl PatchChoice {
     /// Factor by which a normal changes the density in a patch.
     #[inline]
     pub(super) fn gain(&self, column: usize, row: usize, normal: Option<Vec3A>) -> f32 {
-        let [y, x] = self.grid.region_of(self.grid.cell_of(column, row));
+        let [y, x] = self.grid.region_of(column, row);
         self.regions.shares(normal).gains[y][x]
     }
 
