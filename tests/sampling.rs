@@ -706,6 +706,26 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
 }
 
 #[test]
+fn an_environment_that_heeds_no_normals_draws_for_all_light_alike() {
+    let light = |heeds_normals| {
+        InfiniteLight::with_map(Rgb::ONE, map(smooth), DMat3::IDENTITY, heeds_normals)
+            .expect("a light")
+    };
+    let differ = |light: &InfiniteLight| {
+        let mut random = Uniform::new(8);
+        (0..100).any(|_| {
+            let u = random.unit2();
+            let drawn = |facing| light.sample(u, facing).map(|s| (s.wi, s.pdf_w));
+            let w = uniform_sphere(random.unit2());
+            let up = Normal3::new(0.0, 0.0, 1.0);
+            drawn(up) != drawn(Normal3::ZERO) || light.pdf_w(w, up) != light.pdf_w(w, Normal3::ZERO)
+        })
+    };
+    assert!(differ(&light(true)));
+    assert!(!differ(&light(false)));
+}
+
+#[test]
 fn an_environment_is_looked_up_where_the_format_says() {
     // Top row is +z; s = 0 is +x, s = 1/4 is +y.
     let light = |pixel: fn(usize, usize) -> f32| {
