@@ -12,7 +12,6 @@ use ::exr::prelude::{
     AttributeValue, ChannelDescription, Compression, Error, IntegerBounds, LineOrder, SampleType,
     SmallVec, Text, Vec2, f16,
 };
-
 use half::slice::HalfFloatSliceExt;
 
 use crate::image::codec::{self, Attribute, ImageFile, Precision};

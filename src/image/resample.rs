@@ -77,8 +77,8 @@ fn resampled<const N: usize>(image: &Image, columns: &[Taps], rows: &[Taps]) -> 
 
 /// A row at the new width.
 fn widen<const N: usize>(row: &[[f32; N]], columns: &[Taps], wide: &mut Vec<f32>) {
-    wide.clear();
-    for taps in columns {
+    wide.resize(columns.len() * N, 0.0);
+    for (wide, taps) in wide.as_chunks_mut::<N>().0.iter_mut().zip(columns) {
         let mut pixel = [0.0; N];
         for (texel, weight) in taps.texels.iter().zip(taps.weights) {
             let Some(x) = *texel else { continue };
@@ -86,7 +86,7 @@ fn widen<const N: usize>(row: &[[f32; N]], columns: &[Taps], wide: &mut Vec<f32>
                 *sample += weight * old;
             }
         }
-        wide.extend(pixel);
+        *wide = pixel;
     }
 }
 

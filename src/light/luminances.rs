@@ -1,7 +1,7 @@
 //! Luminances of a map, gathered for the cells that directions are drawn from.
 //!
-//! The texels are read once: what a cell weighs follows from sums over runs of texels, for any [`Emphasis`] unless its
-//! bend lies among the luminances of a run.
+//! What a cell weighs follows from sums over runs of texels, for any [`Emphasis`] unless its bend lies among the
+//! luminances of a run: a map is gone through once for all that is drawn from it.
 
 use std::ops::Range;
 

@@ -74,19 +74,19 @@ impl Outline {
                 let [u, _] = outline.place(left, top, (x - left) as f32, 0.0);
                 [u; 3]
             }));
-            let mut spread = 0f32;
+            let mut spread = [0.0; LANES];
             for y in top..=(top + side).min(height) {
                 let line = line(y);
                 let [_, v] = outline.place(left, top, 0.0, (y - top) as f32);
                 let ends = across(corners, v).map(Rgb::to_array);
-                let inner = spread_along(ends, places, line[left..right].as_flattened());
-                let last = spread_along(ends, &[1.0; 3], &line[right % width]);
-                spread = spread.max(inner).max(last);
-                if spread * CHANCE_PER_SPREAD > SMOOTH_BELOW {
+                spread_along(ends, places, line[left..right].as_flattened(), &mut spread);
+                spread_along(ends, &[1.0; 3], &line[right % width], &mut spread);
+                let is_rough = |off: f32| off * CHANCE_PER_SPREAD > SMOOTH_BELOW;
+                if spread.iter().fold(false, |any, &off| any | is_rough(off)) {
                     return 1.0;
                 }
             }
-            spread
+            spread.into_iter().fold(0.0, f32::max)
         };
         outline.chances = (0..n_columns * n_rows)
             .into_par_iter()
@@ -154,34 +154,39 @@ fn across([above, below]: [[Rgb; 2]; 2], v: f32) -> [Rgb; 2] {
     [0, 1].map(|i| above[i] * (1.0 - v) + below[i] * v)
 }
 
-/// Largest difference, relative to the line from one of `ends` to the other and at most 1, of samples at places in
-/// [0, 1] on it. The samples are those of whole texels; each has its place.
-fn spread_along([from, to]: [[f32; 3]; 2], places: &[f32], samples: &[f32]) -> f32 {
-    // Samples of four texels at a time: so many that the same channel is in the same lane again.
-    const LANES: usize = 12;
-    let off = |lane: usize, place: f32, exact: f32| {
+/// Samples that are looked at together: those of four texels, so that the same channel is in the same lane again.
+const LANES: usize = 12;
+
+/// Raises `spread` to the differences, relative to the line from one of `ends` to the other and at most 1, of samples at
+/// `places` in [0, 1] on it. The samples are those of whole texels; each has its place.
+fn spread_along(
+    [from, to]: [[f32; 3]; 2],
+    places: &[f32],
+    samples: &[f32],
+    spread: &mut [f32; LANES],
+) {
+    let mut raise = |lane: usize, place: f32, exact: f32| {
         let near = from[lane % 3] * (1.0 - place) + to[lane % 3] * place;
         // Infinite, or no number, where nothing is relative to anything.
         let off = (exact - near).abs() / near;
         let off = if off < 1.0 { off } else { 1.0 };
-        if near == exact { 0.0 } else { off }
+        let off = if near == exact { 0.0 } else { off };
+        spread[lane] = if off > spread[lane] {
+            off
+        } else {
+            spread[lane]
+        };
     };
-    let mut largest = [0f32; LANES];
     let (place_chunks, last_places) = places.as_chunks::<LANES>();
     let (sample_chunks, last_samples) = samples.as_chunks::<LANES>();
     for (places, samples) in place_chunks.iter().zip(sample_chunks) {
         for lane in 0..LANES {
-            let off = off(lane, places[lane], samples[lane]);
-            largest[lane] = if off > largest[lane] {
-                off
-            } else {
-                largest[lane]
-            };
+            raise(lane, places[lane], samples[lane]);
         }
     }
-    let rest = last_places.iter().zip(last_samples).enumerate();
-    let rest = rest.map(|(lane, (&place, &exact))| off(lane, place, exact));
-    largest.into_iter().chain(rest).fold(0.0, f32::max)
+    for (lane, (&place, &exact)) in last_places.iter().zip(last_samples).enumerate() {
+        raise(lane, place, exact);
+    }
 }
 
 #[cfg(test)]
