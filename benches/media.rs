@@ -73,7 +73,7 @@ fn sample(bencher: Bencher<'_, '_>, sigma: f32) {
     bencher.counter(RAYS).bench(|| {
         let mut rng = Rng::new(3);
         for (ray, t_max) in &rays {
-            divan::black_box(medium.sample(ray, *t_max, Rgb::ONE, &mut rng));
+            divan::black_box(medium.sample(ray, *t_max, Rgb::ONE, None, &mut rng));
         }
     });
 }

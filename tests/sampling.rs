@@ -657,7 +657,7 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
             } else {
                 facing.normalize()
             };
-            let light = InfiniteLight::with_map(Rgb::ONE, map, m).expect("a light");
+            let light = InfiniteLight::with_map(Rgb::ONE, map.clone(), m, true).expect("a light");
             let size = m.determinant().abs().cbrt();
             let m = m * (1.0 / size);
             let inverse = m.inverse();
@@ -706,10 +706,30 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
 }
 
 #[test]
+fn an_environment_that_heeds_no_normals_draws_for_all_light_alike() {
+    let light = |heeds_normals| {
+        InfiniteLight::with_map(Rgb::ONE, map(smooth), DMat3::IDENTITY, heeds_normals)
+            .expect("a light")
+    };
+    let differ = |light: &InfiniteLight| {
+        let mut random = Uniform::new(8);
+        (0..100).any(|_| {
+            let u = random.unit2();
+            let drawn = |facing| light.sample(u, facing).map(|s| (s.wi, s.pdf_w));
+            let w = uniform_sphere(random.unit2());
+            let up = Normal3::new(0.0, 0.0, 1.0);
+            drawn(up) != drawn(Normal3::ZERO) || light.pdf_w(w, up) != light.pdf_w(w, Normal3::ZERO)
+        })
+    };
+    assert!(differ(&light(true)));
+    assert!(!differ(&light(false)));
+}
+
+#[test]
 fn an_environment_is_looked_up_where_the_format_says() {
     // Top row is +z; s = 0 is +x, s = 1/4 is +y.
     let light = |pixel: fn(usize, usize) -> f32| {
-        InfiniteLight::with_map(Rgb::ONE, &map(pixel), DMat3::IDENTITY).expect("a light")
+        InfiniteLight::with_map(Rgb::ONE, map(pixel), DMat3::IDENTITY, true).expect("a light")
     };
     let rows = light(|_, y| y as f32);
     let at = |t: f32| {
@@ -735,7 +755,7 @@ fn an_environment_is_looked_up_where_the_format_says() {
 fn the_integral_of_radiance_over_density_is_the_maps() {
     // E[L / pdf] is the light's integral over the sphere; by quadrature of the look-up.
     let m = DMat3::from_rotation_y(0.8) * DMat3::from_diagonal(DVec3::new(1.0, 2.0, 0.7));
-    let light = InfiniteLight::with_map(Rgb::ONE, &map(smooth), m).expect("a light");
+    let light = InfiniteLight::with_map(Rgb::ONE, map(smooth), m, true).expect("a light");
     let mut random = Uniform::new(6);
     let drawn = tyndall_test_support::z_test::Mean::of(200_000, || {
         let sample = light

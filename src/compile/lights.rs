@@ -17,6 +17,7 @@ use crate::image::Image;
 use crate::image::mip::Wrap;
 use crate::image::repair::Samples;
 use crate::image::resample::to_powers_of_two;
+use crate::integrator::Integrator;
 use crate::light::{
     DistantLight, GoniometricLight, InfiniteLight, Light, PointLight, ProjectionLight, SpotLight,
 };
@@ -31,11 +32,17 @@ pub(super) fn build(
     assets: &dyn Assets,
     media: &mut Media,
     parts: &mut WorldParts,
+    integrator: &Integrator,
     diagnostics: &mut Diagnostics,
 ) -> Vec<(LightId, Span)> {
+    let surfaces_ask = integrator.asks_by_normals()
+        && parts
+            .geometries
+            .iter()
+            .any(|geometry| geometry.material.is_some());
     let mut places = Vec::new();
     for entity in &frame.lights {
-        let Some(light) = light(entity, space, assets, diagnostics) else {
+        let Some(light) = light(entity, space, surfaces_ask, assets, diagnostics) else {
             continue;
         };
         let n_samples = match &light {
@@ -95,6 +102,7 @@ const LEFT_OUT: &str = "the light is left out";
 fn light(
     light: &LightEntity,
     space: &RenderSpace,
+    surfaces_ask: bool,
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
 ) -> Option<Light> {
@@ -113,6 +121,7 @@ fn light(
         space,
         render_from_light: space.place(&world_from_light),
         world_from_light,
+        surfaces_ask,
         assets,
     };
     match name {
@@ -134,6 +143,8 @@ struct LightReader<'a> {
     space: &'a RenderSpace,
     world_from_light: Transform,
     render_from_light: Transform,
+    /// Whether light is drawn for surfaces by their normals.
+    surfaces_ask: bool,
     assets: &'a dyn Assets,
 }
 
@@ -214,7 +225,7 @@ impl LightReader<'_> {
             Some(image) => {
                 let map = to_powers_of_two(image, Wrap::Repeat);
                 let (origin, linear) = (self.origin(), self.linear());
-                let light = GoniometricLight::new(origin, intensity, &map, linear)?;
+                let light = GoniometricLight::new(origin, intensity, map, linear)?;
                 Some(Light::Goniometric(Box::new(light)))
             }
         }
@@ -246,7 +257,7 @@ impl LightReader<'_> {
             Some(image) => {
                 // Up-sampled to powers of two, as pbrt-v3 looks maps up.
                 let map = to_powers_of_two(image, Wrap::Repeat);
-                InfiniteLight::with_map(emission, &map, self.linear())?
+                InfiniteLight::with_map(emission, map, self.linear(), self.surfaces_ask)?
             }
         };
         Some(Light::Infinite(Box::new(light)))

@@ -191,7 +191,15 @@ fn contents(
         Some(medium) => media.id(medium, diagnostics),
         None => MediumId::NONE,
     };
-    let lights = lights::build(frame, space, assets, &mut media, &mut parts, diagnostics);
+    let lights = lights::build(
+        frame,
+        space,
+        assets,
+        &mut media,
+        &mut parts,
+        &integrator.integrator,
+        diagnostics,
+    );
     let needs_light = !matches!(integrator.integrator, Integrator::AmbientOcclusion(_));
     if parts.lights.is_empty() && needs_light {
         diagnostics.push(

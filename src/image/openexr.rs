@@ -12,6 +12,7 @@ use ::exr::prelude::{
     AttributeValue, ChannelDescription, Compression, Error, IntegerBounds, LineOrder, SampleType,
     SmallVec, Text, Vec2, f16,
 };
+use half::slice::HalfFloatSliceExt;
 
 use crate::image::codec::{self, Attribute, ImageFile, Precision};
 use crate::image::{Image, ImageError, PixelRect, sample_count};
@@ -69,11 +70,14 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
                 (line.location.position.y() * width + line.location.position.x()) * channels;
             let pixels = data.get_mut(start..start + line.location.sample_count * channels);
             let pixels = pixels.ok_or_else(misplaced_block)?;
-            let samples = pixels.iter_mut().skip(slot).step_by(channels);
             read_line(
                 &line,
                 header.channels.list[line.location.channel].sample_type,
-                samples,
+                Slots {
+                    pixels,
+                    channels,
+                    slot,
+                },
             );
         }
     }
@@ -168,29 +172,61 @@ fn check_chunk(chunk: &Chunk, header: &Header) -> Result<(), ImageError> {
     Ok(())
 }
 
+/// The same sample of each of some pixels.
+struct Slots<'a> {
+    pixels: &'a mut [f32],
+    /// 1 or 3.
+    channels: usize,
+    slot: usize,
+}
+
+impl Slots<'_> {
+    /// Fills as many as there are stored samples, at most [`AT_ONCE`] at a time.
+    fn fill<const N: usize>(self, stored: &[u8], convert: impl Fn(&[[u8; N]], &mut [f32])) {
+        let mut values = [0.0; AT_ONCE];
+        let pixels = self.pixels.chunks_mut(AT_ONCE * self.channels);
+        for (pixels, stored) in pixels.zip(stored.as_chunks().0.chunks(AT_ONCE)) {
+            let values = &mut values[..stored.len()];
+            convert(stored, values);
+            // A known stride makes for a short loop.
+            if self.channels == 1 {
+                for (sample, &value) in pixels.iter_mut().zip(&*values) {
+                    *sample = value;
+                }
+            } else {
+                for (pixel, &value) in pixels.as_chunks_mut::<3>().0.iter_mut().zip(&*values) {
+                    pixel[self.slot] = value;
+                }
+            }
+        }
+    }
+}
+
+/// Samples converted at a time: few enough for the stack.
+const AT_ONCE: usize = 256;
+
 /// One line of one channel, converted to f32. Samples of decompressed lines are in the byte order of this machine.
-fn read_line<'a>(
-    line: &LineRef<'_>,
-    sample_type: SampleType,
-    samples: impl Iterator<Item = &'a mut f32>,
-) {
+fn read_line(line: &LineRef<'_>, sample_type: SampleType, slots: Slots<'_>) {
     match sample_type {
-        SampleType::F16 => convert(line.value, samples, |bytes| {
-            f16::from_ne_bytes(bytes).to_f32()
+        SampleType::F16 => slots.fill(line.value, |stored, values| {
+            let mut halves = [f16::ZERO; AT_ONCE];
+            let halves = &mut halves[..stored.len()];
+            for (half, &bytes) in halves.iter_mut().zip(stored) {
+                *half = f16::from_ne_bytes(bytes);
+            }
+            halves.convert_to_f32_slice(values);
         }),
-        SampleType::F32 => convert(line.value, samples, f32::from_ne_bytes),
-        SampleType::U32 => convert(line.value, samples, |bytes| {
-            u32::from_ne_bytes(bytes) as f32
+        SampleType::F32 => slots.fill(line.value, |stored, values| {
+            each(stored, values, f32::from_ne_bytes);
+        }),
+        SampleType::U32 => slots.fill(line.value, |stored, values| {
+            each(stored, values, |bytes| u32::from_ne_bytes(bytes) as f32);
         }),
     }
 }
 
-fn convert<'a, const N: usize>(
-    bytes: &[u8],
-    samples: impl Iterator<Item = &'a mut f32>,
-    value: impl Fn([u8; N]) -> f32,
-) {
-    for (sample, &bytes) in samples.zip(bytes.as_chunks().0) {
+fn each<const N: usize>(stored: &[[u8; N]], values: &mut [f32], value: impl Fn([u8; N]) -> f32) {
+    for (sample, &bytes) in values.iter_mut().zip(stored) {
         *sample = value(bytes);
     }
 }

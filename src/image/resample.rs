@@ -5,7 +5,8 @@
 
 use std::f32::consts::PI;
 
-use rayon::prelude::{IndexedParallelIterator, ParallelIterator, ParallelSliceMut};
+use rayon::iter::{IndexedParallelIterator, ParallelIterator};
+use rayon::slice::{ParallelSlice, ParallelSliceMut};
 
 use crate::image::Image;
 use crate::image::mip::Wrap;
@@ -13,6 +14,8 @@ use crate::image::mip::Wrap;
 const RADIUS: f32 = 2.0;
 const TAU: f32 = 2.0;
 const N_TAPS: usize = 4;
+/// New rows that are made one after the other, from old ones that are widened once for them.
+const BAND: usize = 64;
 
 /// The old texels that make one new one.
 struct Taps {
@@ -33,50 +36,58 @@ pub fn to_powers_of_two(image: Image, wrap: Wrap) -> Image {
     if (width, height) == (image.width(), image.height()) {
         return image;
     }
-    let channels = image.channels();
-    let old_height = image.height();
-    let wide = widen(&image, &taps(image.width(), width, wrap));
-    drop(image);
-
-    let rows = taps(old_height, height, wrap);
-    let row_length = width * channels;
-    let mut data = vec![0.0; height * row_length];
-    data.par_chunks_exact_mut(row_length)
-        .zip_eq(&rows)
-        .for_each(|(row, taps)| {
-            for (texel, weight) in taps.texels.iter().zip(taps.weights) {
-                let Some(y) = *texel else { continue };
-                for (sample, &old) in row
-                    .iter_mut()
-                    .zip(&wide[y * row_length..(y + 1) * row_length])
-                {
-                    *sample += weight * old;
-                }
-            }
-            for sample in row {
-                *sample = sample.max(0.0);
-            }
-        });
-    Image::new(width, height, channels, data).expect("sides and samples agree")
+    let columns = taps(image.width(), width, wrap);
+    let rows = taps(image.height(), height, wrap);
+    let data = match image.channels() {
+        1 => resampled::<1>(&image, &columns, &rows),
+        _ => resampled::<3>(&image, &columns, &rows),
+    };
+    Image::new(width, height, image.channels(), data).expect("sides and samples agree")
 }
 
-/// All rows at the new width.
-fn widen(image: &Image, columns: &[Taps]) -> Vec<f32> {
-    let channels = image.channels();
-    let mut wide = vec![0.0; image.height() * columns.len() * channels];
-    wide.par_chunks_exact_mut(columns.len() * channels)
-        .enumerate()
-        .for_each(|(y, row)| {
-            for (pixel, taps) in row.chunks_exact_mut(channels).zip(columns) {
+/// Samples of new pixels, `N` for each.
+fn resampled<const N: usize>(image: &Image, columns: &[Taps], rows: &[Taps]) -> Vec<f32> {
+    let (old, _) = image.data().as_chunks::<N>();
+    let row_length = columns.len() * N;
+    let mut data = vec![0.0; rows.len() * row_length];
+    data.par_chunks_mut(BAND * row_length)
+        .zip_eq(rows.par_chunks(BAND))
+        .for_each(|(band, rows)| {
+            // The last few old rows at the new width.
+            let mut wide: [(Option<usize>, Vec<f32>); N_TAPS] = Default::default();
+            for (row, taps) in band.chunks_exact_mut(row_length).zip(rows) {
                 for (texel, weight) in taps.texels.iter().zip(taps.weights) {
-                    let Some(x) = *texel else { continue };
-                    for (sample, &old) in pixel.iter_mut().zip(image.pixel(x, y)) {
+                    let Some(y) = *texel else { continue };
+                    let (kept, wide) = &mut wide[y % N_TAPS];
+                    if *kept != Some(y) {
+                        *kept = Some(y);
+                        widen::<N>(&old[y * image.width()..][..image.width()], columns, wide);
+                    }
+                    for (sample, &old) in row.iter_mut().zip(&*wide) {
                         *sample += weight * old;
                     }
                 }
+                for sample in row {
+                    *sample = sample.max(0.0);
+                }
             }
         });
-    wide
+    data
+}
+
+/// A row at the new width.
+fn widen<const N: usize>(row: &[[f32; N]], columns: &[Taps], wide: &mut Vec<f32>) {
+    wide.resize(columns.len() * N, 0.0);
+    for (wide, taps) in wide.as_chunks_mut::<N>().0.iter_mut().zip(columns) {
+        let mut pixel = [0.0; N];
+        for (texel, weight) in taps.texels.iter().zip(taps.weights) {
+            let Some(x) = *texel else { continue };
+            for (sample, old) in pixel.iter_mut().zip(row[x]) {
+                *sample += weight * old;
+            }
+        }
+        *wide = pixel;
+    }
 }
 
 fn taps(old: usize, new: usize, wrap: Wrap) -> Vec<Taps> {

@@ -87,6 +87,14 @@ impl Integrator {
         matches!(self, Self::Path(_) | Self::VolPath(_))
     }
 
+    /// Whether light is drawn for surfaces by their normals.
+    pub fn asks_by_normals(&self) -> bool {
+        matches!(
+            self,
+            Self::Path(_) | Self::VolPath(_) | Self::Sppm(_) | Self::Direct(_)
+        )
+    }
+
     /// Radiance that arrives along a camera ray: of photon mapping, the part that needs no photons; of Markov chains,
     /// what they converge to. An observer changes no bit of it, and is told how it comes about if the integrator
     /// [can tell](Self::is_observable).

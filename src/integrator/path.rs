@@ -319,7 +319,8 @@ impl<O: Observer> State<'_, O> {
             return;
         };
         let ray = self.ray;
-        for _ in 0..=self.world.max_crossings() {
+        let mut passed = 0;
+        loop {
             self.counters.rays += 1;
             let Some(hit) = self.world.closest(&self.ray, f32::INFINITY) else {
                 self.add_environment();
@@ -328,6 +329,11 @@ impl<O: Observer> State<'_, O> {
             let surface = self.world.surface(&self.ray, &hit);
             self.add_emission(&hit, &surface);
             if !self.world.casts_no_shadow(hit.target, &hit.at, &self.ray) {
+                break;
+            }
+            passed += 1;
+            if passed > self.world.max_crossings() {
+                self.counters.stuck_paths += 1;
                 break;
             }
             self.ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);

@@ -5,8 +5,9 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 use glam::Vec3A;
 
 use crate::image::Image;
+use crate::light::luminances::{Emphasis, Emphasised, Luminances};
 use crate::light::outline::{Outline, Outlined};
-use crate::light::patch_choice::{Drawn, PatchChoice, Weight};
+use crate::light::patch_choice::{Drawn, PatchChoice};
 use crate::spectrum::Rgb;
 
 /// A latitude–longitude map, looked up bilinearly, with a sampler whose density is proportional to the luminance of
@@ -18,8 +19,8 @@ use crate::spectrum::Rgb;
 /// it exactly; see [`PatchChoice`].
 #[derive(Clone, Debug)]
 pub(super) struct EnvironmentMap {
-    /// Row by row, the top row first.
-    texels: Vec<[f32; 3]>,
+    /// Three samples for each texel, row by row, the top row first.
+    samples: Vec<f32>,
     width: usize,
     height: usize,
     outline: Outline,
@@ -27,7 +28,8 @@ pub(super) struct EnvironmentMap {
     sines: Vec<f32>,
     mean: Rgb,
     whole: Distribution,
-    facing: Distribution,
+    /// `None` if normals are not heeded: `whole` then serves every purpose.
+    facing: Option<Distribution>,
 }
 
 /// What a direction is sampled for.
@@ -47,20 +49,6 @@ struct Distribution {
     emphasis: Emphasis,
     /// Mean over the unit square of emphasised luminance times sine.
     mean: f64,
-}
-
-/// What a luminance counts: what exceeds `cut`, but never less than `least` of it.
-#[derive(Clone, Copy, Debug)]
-struct Emphasis {
-    cut: f32,
-    least: f32,
-}
-
-impl Emphasis {
-    #[inline]
-    fn of(self, luminance: f32) -> f32 {
-        (luminance - self.cut).max(self.least * luminance)
-    }
 }
 
 /// Part of the mean luminance that counts little where surfaces find light by themselves (after Karlík et al. 2019, *MIS
@@ -118,13 +106,15 @@ impl Patch {
 }
 
 impl EnvironmentMap {
-    /// From an image with non-negative, finite texels. `None` if all are black.
-    pub(super) fn new(map: &Image) -> Option<Self> {
-        let (width, height) = (map.width(), map.height());
-        let texels: Vec<[f32; 3]> = match map.data().as_chunks() {
-            (texels, []) if map.channels() == 3 => texels.to_vec(),
-            _ => map.data().iter().map(|&value| [value; 3]).collect(),
+    /// From an image with non-negative, finite texels. `None` if all are black. Whether surfaces will ask by their
+    /// normals costs time and memory.
+    pub(super) fn new(map: Image, heeds_normals: bool) -> Option<Self> {
+        let (width, height, channels) = (map.width(), map.height(), map.channels());
+        let samples = match (channels, map.into_data()) {
+            (3, samples) => samples,
+            (_, grey) => grey.iter().flat_map(|&value| [value; 3]).collect(),
         };
+        let texels = texels(&samples);
         // Row j of patches spans polar angles (j + ½) π / h to (j + 3/2) π / h; the last one wraps over both poles.
         let step = std::f64::consts::PI / height as f64;
         let sines: Vec<f64> = (0..height)
@@ -136,54 +126,42 @@ impl EnvironmentMap {
                 }
             })
             .collect();
-        let luminances: Vec<f32> = texels
-            .iter()
-            .map(|&texel| Rgb::from_array(texel).luminance())
-            .collect();
-        let mean = mean_over_sphere(&texels, width, &sines);
+        let luminances = Luminances::new(texels, width, &sines);
+        let mean = luminances.mean();
         let direction = |[column, row]: [f64; 2]| {
             // Patches begin at the centres of texels.
             let (s, t) = ((column + 0.5) / width as f64, (row + 0.5) / height as f64);
             direction(s as f32, t as f32).0
         };
         let distribution = |emphasis: Emphasis, heeds_normals: bool| {
-            let line = |y: usize| &luminances[y * width..][..width];
-            let weight = |x: usize, y: usize| {
-                let (x1, y1) = (next(x, width), next(y, height));
-                let (above, below) = (line(y), line(y1));
-                let corners = [above[x], above[x1], below[x], below[x1]]
-                    .map(|luminance| f64::from(emphasis.of(luminance)));
-                let [a, b, c, d] = corners;
-                Weight {
-                    mean: 0.25 * (a + b + c + d) * sines[y],
-                    peak: corners.into_iter().fold(0.0, f64::max) * sines[y],
-                }
+            let weights = Emphasised {
+                luminances: &luminances,
+                emphasis,
             };
-            let choice = PatchChoice::new([width, height], weight, direction, heeds_normals)?;
+            let choice = PatchChoice::new([width, height], &weights, direction, heeds_normals)?;
             Some(Distribution {
                 mean: choice.mean(),
                 choice,
                 emphasis,
             })
         };
-        let all = Emphasis {
-            cut: 0.0,
-            least: 1.0,
-        };
         let bright = Emphasis {
             cut: CUT * mean.luminance(),
             least: LEAST,
         };
-        let (whole, facing) = (distribution(all, false)?, distribution(bright, true)?);
         Some(Self {
-            outline: Outline::new(width, height, &texels),
+            whole: distribution(Emphasis::NONE, false)?,
+            facing: if heeds_normals {
+                Some(distribution(bright, true)?)
+            } else {
+                None
+            },
+            outline: Outline::new(width, height, texels),
             sines: sines.iter().map(|&s| s as f32).collect(),
-            texels,
+            samples,
             width,
             height,
             mean,
-            whole,
-            facing,
         })
     }
 
@@ -195,7 +173,8 @@ impl EnvironmentMap {
     #[inline]
     fn patch(&self, column: usize, row: usize) -> Patch {
         let (x1, y1) = (next(column, self.width), next(row, self.height));
-        let texel = |x: usize, y: usize| Rgb::from_array(self.texels[y * self.width + x]);
+        let texels = texels(&self.samples);
+        let texel = |x: usize, y: usize| Rgb::from_array(texels[y * self.width + x]);
         let corners = [
             texel(column, row),
             texel(x1, row),
@@ -238,9 +217,9 @@ impl EnvironmentMap {
 
     #[inline]
     fn distribution(&self, purpose: Purpose) -> (&Distribution, Vec3A) {
-        match purpose {
-            Purpose::Whole => (&self.whole, Vec3A::ZERO),
-            Purpose::Facing(normal) => (&self.facing, normal),
+        match (purpose, &self.facing) {
+            (Purpose::Facing(normal), Some(facing)) => (facing, normal),
+            _ => (&self.whole, Vec3A::ZERO),
         }
     }
 
@@ -326,6 +305,11 @@ impl EnvironmentMap {
     }
 }
 
+#[inline]
+fn texels(samples: &[f32]) -> &[[f32; 3]] {
+    samples.as_chunks().0
+}
+
 /// The unit direction at (`s`, `t`) of a map, which repeats downward, and the sine of its polar angle.
 #[inline]
 fn direction(s: f32, t: f32) -> (Vec3A, f32) {
@@ -352,20 +336,4 @@ fn sample_linear(u: f32, a: f32, b: f32) -> f32 {
     // Relative to the larger, so that squares neither over- nor underflow.
     let (a, b) = (a / sum, b / sum);
     (u / (a + (a * a + u * (b * b - a * a)).max(0.0).sqrt())).min(1.0)
-}
-
-fn mean_over_sphere(texels: &[[f32; 3]], width: usize, sines: &[f64]) -> Rgb {
-    let height = texels.len() / width;
-    let mut sum = [0.0; 3];
-    for (y, line) in texels.chunks_exact(width).enumerate() {
-        // A texel row has half of the patch rows above and below it.
-        let sine = 0.5 * (sines[y] + sines[(y + height - 1) % height]);
-        for texel in line {
-            for (sum, &channel) in sum.iter_mut().zip(texel) {
-                *sum += channel as f64 * sine;
-            }
-        }
-    }
-    let norm = width as f64 * sines.iter().sum::<f64>();
-    Rgb::from_array(sum.map(|c| (c / norm) as f32))
 }

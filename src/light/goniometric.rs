@@ -31,13 +31,13 @@ impl GoniometricLight {
     /// transform.
     ///
     /// `None` for a map that is black everywhere.
-    pub fn new(p: Point3, intensity: Rgb, map: &Image, render_from_light: DMat3) -> Option<Self> {
+    pub fn new(p: Point3, intensity: Rgb, map: Image, render_from_light: DMat3) -> Option<Self> {
         // Maps of directions have their pole on +z, this light has it on +y.
         let light_from_map = DMat3::from_cols(DVec3::X, DVec3::Z, DVec3::Y);
         Some(Self {
             p,
             intensity,
-            map: PlacedMap::new(map, render_from_light * light_from_map)?,
+            map: PlacedMap::new(map, render_from_light * light_from_map, false)?,
         })
     }
 

@@ -42,13 +42,19 @@ impl InfiniteLight {
     }
 
     /// `radiance` times a map in latitude and longitude, top row first, with non-negative finite values.
-    /// `render_from_map` is the invertible linear part of the light's transform.
+    /// `render_from_map` is the invertible linear part of the light's transform. Unless the light `heeds_normals`, which
+    /// takes time and memory to prepare, [`InfiniteLight::sample`] asks for all light alike whatever it is told to face.
     ///
     /// `None` for a map that is black everywhere.
-    pub fn with_map(radiance: Rgb, map: &Image, render_from_map: DMat3) -> Option<Self> {
+    pub fn with_map(
+        radiance: Rgb,
+        map: Image,
+        render_from_map: DMat3,
+        heeds_normals: bool,
+    ) -> Option<Self> {
         Some(Self {
             radiance,
-            map: Some(PlacedMap::new(map, render_from_map)?),
+            map: Some(PlacedMap::new(map, render_from_map, heeds_normals)?),
         })
     }
 

@@ -5,6 +5,7 @@
 mod environment;
 pub mod goniometric;
 pub mod infinite;
+mod luminances;
 mod outline;
 mod patch_choice;
 mod placed_map;

@@ -26,6 +26,8 @@ pub(super) struct Outline {
     height: usize,
     /// Texels along the side of a cell.
     side: usize,
+    /// Cells side by side.
+    n_columns: usize,
     /// Row by row, one more in each direction than there are cells.
     corners: Vec<[f32; 3]>,
     /// For each cell: the chance of looking up the difference; 1 where the outline is of no use.
@@ -57,43 +59,44 @@ impl Outline {
             width,
             height,
             side,
+            n_columns,
             corners,
             chances: Vec::new(),
         };
         // Between texels both are bilinear: the difference is largest, relative to the outline, at one of them.
-        let spread = |cell: usize| {
-            let (left, top) = (cell % n_columns * side, cell / n_columns * side);
+        let spread = |places: &mut Vec<f32>, cell: usize| {
+            let (column, row) = (cell % n_columns, cell / n_columns);
+            let (left, top) = (column * side, row * side);
             let right = (left + side).min(width);
-            let mut spread = 0f32;
+            let corners = outline.corners_of(column, row);
+            places.clear();
+            places.extend((left..right).flat_map(|x| {
+                let [u, _] = outline.place(left, top, (x - left) as f32, 0.0);
+                [u; 3]
+            }));
+            let mut spread = [0.0; LANES];
             for y in top..=(top + side).min(height) {
                 let line = line(y);
                 let [_, v] = outline.place(left, top, 0.0, (y - top) as f32);
-                let [from, to] = outline.across(cell, v);
-                let texels = line[left..right].iter().chain([&line[right % width]]);
-                for (x, &texel) in texels.enumerate() {
-                    let [u, _] = outline.place(left, top, x as f32, 0.0);
-                    let near = from * (1.0 - u) + to * u;
-                    for (near, exact) in near.to_array().into_iter().zip(texel) {
-                        if near != exact {
-                            // Infinite, or no number, where nothing is relative to anything.
-                            let off = (exact - near).abs() / near;
-                            spread = spread.max(if off < 1.0 { off } else { 1.0 });
-                        }
-                    }
-                }
-                if spread * CHANCE_PER_SPREAD > SMOOTH_BELOW {
+                let ends = across(corners, v).map(Rgb::to_array);
+                spread_along(ends, places, line[left..right].as_flattened(), &mut spread);
+                spread_along(ends, &[1.0; 3], &line[right % width], &mut spread);
+                let is_rough = |off: f32| off * CHANCE_PER_SPREAD > SMOOTH_BELOW;
+                if spread.iter().fold(false, |any, &off| any | is_rough(off)) {
                     return 1.0;
                 }
             }
-            spread
+            spread.into_iter().fold(0.0, f32::max)
         };
         outline.chances = (0..n_columns * n_rows)
             .into_par_iter()
             .with_min_len(n_columns)
-            .map(|cell| match CHANCE_PER_SPREAD * spread(cell) {
-                0.0 => 0.0,
-                chance if chance <= SMOOTH_BELOW => chance.max(LEAST_CHANCE),
-                _ => 1.0,
+            .map_init(Vec::new, |places, cell| {
+                match CHANCE_PER_SPREAD * spread(places, cell) {
+                    0.0 => 0.0,
+                    chance if chance <= SMOOTH_BELOW => chance.max(LEAST_CHANCE),
+                    _ => 1.0,
+                }
             })
             .collect();
         outline
@@ -108,16 +111,12 @@ impl Outline {
         ]
     }
 
-    /// The values at height `v` of a cell, at its left and its right edge.
+    /// The upper corners of a cell, then the lower ones.
     #[inline]
-    fn across(&self, cell: usize, v: f32) -> [Rgb; 2] {
-        let n_columns = self.width.div_ceil(self.side);
-        let above = cell / n_columns * (n_columns + 1) + cell % n_columns;
-        let below = above + n_columns + 1;
-        [0, 1].map(|i| {
-            Rgb::from_array(self.corners[above + i]) * (1.0 - v)
-                + Rgb::from_array(self.corners[below + i]) * v
-        })
+    fn corners_of(&self, column: usize, row: usize) -> [[Rgb; 2]; 2] {
+        let above = row * (self.n_columns + 1) + column;
+        let below = above + self.n_columns + 1;
+        [above, below].map(|first| [0, 1].map(|i| Rgb::from_array(self.corners[first + i])))
     }
 
     /// The value at (`x`, `y`) in [0, 1]² between four texels, of which the first is (`column`, `row`). `bits` decide
@@ -125,8 +124,7 @@ impl Outline {
     #[inline]
     pub(super) fn value(&self, column: usize, row: usize, [x, y]: [f32; 2], bits: u64) -> Outlined {
         let (cell_column, cell_row) = (column / self.side, row / self.side);
-        let cell = cell_row * self.width.div_ceil(self.side) + cell_column;
-        let chance = self.chances[cell];
+        let chance = self.chances[cell_row * self.n_columns + cell_column];
         if chance >= 1.0 {
             return Outlined::Ask {
                 outline: Rgb::BLACK,
@@ -140,13 +138,54 @@ impl Outline {
             (column - left) as f32 + x,
             (row - top) as f32 + y,
         );
-        let [from, to] = self.across(cell, v);
+        let [from, to] = across(self.corners_of(cell_column, cell_row), v);
         let outline = from * (1.0 - u) + to * u;
         if unit_f32((mix_bits(bits) >> 32) as u32) < chance {
             Outlined::Ask { outline, chance }
         } else {
             Outlined::Certain(outline)
         }
+    }
+}
+
+/// The values at height `v` of a cell, at its left and its right edge.
+#[inline]
+fn across([above, below]: [[Rgb; 2]; 2], v: f32) -> [Rgb; 2] {
+    [0, 1].map(|i| above[i] * (1.0 - v) + below[i] * v)
+}
+
+/// Samples that are looked at together: those of four texels, so that the same channel is in the same lane again.
+const LANES: usize = 12;
+
+/// Raises `spread` to the differences, relative to the line from one of `ends` to the other and at most 1, of samples at
+/// `places` in [0, 1] on it. The samples are those of whole texels; each has its place.
+fn spread_along(
+    [from, to]: [[f32; 3]; 2],
+    places: &[f32],
+    samples: &[f32],
+    spread: &mut [f32; LANES],
+) {
+    let mut raise = |lane: usize, place: f32, exact: f32| {
+        let near = from[lane % 3] * (1.0 - place) + to[lane % 3] * place;
+        // Infinite, or no number, where nothing is relative to anything.
+        let off = (exact - near).abs() / near;
+        let off = if off < 1.0 { off } else { 1.0 };
+        let off = if near == exact { 0.0 } else { off };
+        spread[lane] = if off > spread[lane] {
+            off
+        } else {
+            spread[lane]
+        };
+    };
+    let (place_chunks, last_places) = places.as_chunks::<LANES>();
+    let (sample_chunks, last_samples) = samples.as_chunks::<LANES>();
+    for (places, samples) in place_chunks.iter().zip(sample_chunks) {
+        for lane in 0..LANES {
+            raise(lane, places[lane], samples[lane]);
+        }
+    }
+    for (lane, (&place, &exact)) in last_places.iter().zip(last_samples).enumerate() {
+        raise(lane, place, exact);
     }
 }
 

@@ -6,11 +6,13 @@
 //! over density then exceeds its mean in an even cell by at most a factor of [`EVEN`], and the tables that are read stay
 //! in the caches nearest to the core. The cells are gathered in [`Regions`], which is where normals come in.
 
+use std::ops::Range;
+
 use glam::Vec3A;
-use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
 use crate::light::regions::{COLUMNS, ROWS, Regions};
-use crate::sampling::cumulative::Cumulative;
+use crate::sampling::cumulative::{self, Cumulative};
 use crate::sampling::rng::ONE_MINUS_EPSILON;
 
 /// Cells side by side in a map, and on top of each other, at most.
@@ -47,8 +49,11 @@ struct Grid {
 /// How a cell is chosen.
 #[derive(Clone, Debug)]
 enum CellChoice {
-    /// By its weight.
-    Whole(Table),
+    /// By its weight: a row, then a cell of it.
+    Whole {
+        rows: Cumulative,
+        columns: Vec<Cumulative>,
+    },
     /// By region and normal, then by its weight relative to that of all; row by row.
     Facing { regions: Regions, weights: Vec<f32> },
 }
@@ -61,19 +66,33 @@ enum Cell {
     Uneven(u32),
 }
 
+/// Chooses a patch of a cell: a row, then a patch of it.
 #[derive(Clone, Debug)]
 struct Table {
-    rows: Cumulative,
-    columns: Vec<Cumulative>,
+    n_rows: usize,
+    n_columns: usize,
+    /// Where the rows begin, then where the patches of each do; see [`cumulative::find`].
+    starts: Vec<u32>,
 }
 
-/// What a patch weighs.
+/// What patches weigh on average, finite and not negative.
+pub(super) trait Weights: Sync {
+    /// All patches of a cell, which begins at a multiple of [`cell_side`] in both directions.
+    fn of_cell(&self, columns: Range<usize>, rows: Range<usize>) -> CellWeight;
+
+    /// Each patch of a cell, up to a factor: row by row, at the end of `means`.
+    fn push_patches(&self, columns: Range<usize>, rows: Range<usize>, means: &mut Vec<f64>);
+}
+
+/// What a cell weighs.
 #[derive(Clone, Copy, PartialEq, Debug)]
-pub(super) struct Weight {
-    /// On average, finite and not negative.
-    pub(super) mean: f64,
-    /// At most, anywhere in it.
+pub(super) struct CellWeight {
+    /// Sum of the mean weights of its patches.
+    pub(super) sum: f64,
+    /// Weight of a point, at most.
     pub(super) peak: f64,
+    /// Number of its patches.
+    pub(super) n_patches: usize,
 }
 
 /// A place that was drawn.
@@ -93,16 +112,14 @@ pub(super) enum Drawn {
     },
 }
 
-/// What is known of a cell before the whole is.
-struct Summed {
-    sum: f64,
-    largest: f64,
-    n_patches: usize,
+/// Patches along the side of the cells of a map that has so many in each direction.
+pub(super) fn cell_side(n_patches: [usize; 2]) -> usize {
+    n_patches[0].max(n_patches[1]).div_ceil(CELLS)
 }
 
 impl Grid {
     fn new(n_patches: [usize; 2]) -> Self {
-        let side = n_patches[0].max(n_patches[1]).div_ceil(CELLS);
+        let side = cell_side(n_patches);
         let n_cells = n_patches.map(|n| n.div_ceil(side));
         Self {
             n_patches,
@@ -114,7 +131,7 @@ impl Grid {
 
     /// The patches of a cell along an axis, by the place of the cell along it.
     #[inline]
-    fn patches(&self, axis: usize, place: usize) -> std::ops::Range<usize> {
+    fn patches(&self, axis: usize, place: usize) -> Range<usize> {
         let first = place * self.side;
         first..(first + self.side).min(self.n_patches[axis])
     }
@@ -124,73 +141,66 @@ impl Grid {
         row / self.side * self.n_cells[0] + column / self.side
     }
 
-    /// Row and column of the region of a cell.
+    /// Row and column of the region of a patch.
     #[inline]
-    fn region_of(&self, cell: usize) -> [usize; 2] {
-        let [x, y] = [cell % self.n_cells[0], cell / self.n_cells[0]];
-        [y / self.span[1], x / self.span[0]]
+    fn region_of(&self, column: usize, row: usize) -> [usize; 2] {
+        [
+            row / (self.side * self.span[1]),
+            column / (self.side * self.span[0]),
+        ]
+    }
+
+    /// Columns and rows of the patches of a cell.
+    fn extent(&self, cell: usize) -> [Range<usize>; 2] {
+        [
+            self.patches(0, cell % self.n_cells[0]),
+            self.patches(1, cell / self.n_cells[0]),
+        ]
     }
 
     /// The middle of a cell, in patches.
     fn middle(&self, cell: usize) -> [f64; 2] {
-        let place = [cell % self.n_cells[0], cell / self.n_cells[0]];
-        [0, 1].map(|axis| {
-            let patches = self.patches(axis, place[axis]);
-            0.5 * (patches.start + patches.end) as f64
-        })
-    }
-
-    /// The rows of a cell, and in each what its patches weigh.
-    fn weights(
-        &self,
-        cell: usize,
-        weight: &impl Fn(usize, usize) -> Weight,
-    ) -> impl Iterator<Item = impl Iterator<Item = Weight>> {
-        let columns = self.patches(0, cell % self.n_cells[0]);
-        let rows = self.patches(1, cell / self.n_cells[0]);
-        rows.map(move |y| columns.clone().map(move |x| weight(x, y)))
+        self.extent(cell)
+            .map(|patches| 0.5 * (patches.start + patches.end) as f64)
     }
 }
 
 impl Table {
-    fn new(weights: &[Vec<f64>]) -> Self {
-        let sums: Vec<f64> = weights.iter().map(|row| row.iter().sum()).collect();
+    /// Of weights row by row.
+    fn new(weights: &[f64], n_columns: usize) -> Self {
+        let rows = weights.chunks_exact(n_columns);
+        let n_rows = rows.len();
+        let mut starts = Vec::with_capacity(n_rows + weights.len());
+        let sums: Vec<f64> = rows.clone().map(|row| row.iter().sum()).collect();
+        cumulative::push_starts(&sums, &mut starts);
+        for row in rows {
+            cumulative::push_starts(row, &mut starts);
+        }
         Self {
-            rows: Cumulative::new(&sums),
-            columns: weights.iter().map(|row| Cumulative::new(row)).collect(),
+            n_rows,
+            n_columns,
+            starts,
         }
     }
 
     /// Column, row, and what is left of `u`.
     #[inline]
     fn sample(&self, u: [f32; 2]) -> (usize, usize, [f32; 2]) {
-        let (row, v) = self.rows.sample(u[1]);
-        let (column, u) = self.columns[row].sample(u[0]);
+        let (rows, columns) = self.starts.split_at(self.n_rows);
+        let (row, v) = cumulative::find(rows, u[1]);
+        let columns = &columns[row * self.n_columns..][..self.n_columns];
+        let (column, u) = cumulative::find(columns, u[0]);
         (column, row, [u, v])
     }
 }
 
-impl Summed {
-    fn new(weights: impl Iterator<Item = Weight>) -> Self {
-        let mut summed = Self {
-            sum: 0.0,
-            largest: 0.0,
-            n_patches: 0,
-        };
-        for weight in weights {
-            summed.sum += weight.mean;
-            summed.largest = summed.largest.max(weight.peak);
-            summed.n_patches += 1;
-        }
-        summed
-    }
-
+impl CellWeight {
     fn mean(&self) -> f64 {
         self.sum / self.n_patches as f64
     }
 
     fn is_even(&self) -> bool {
-        self.largest * self.n_patches as f64 <= EVEN * self.sum
+        self.peak * self.n_patches as f64 <= EVEN * self.sum
     }
 }
 
@@ -199,35 +209,38 @@ impl PatchChoice {
     /// patches. `None` if all weigh nothing.
     pub(super) fn new(
         n_patches: [usize; 2],
-        weight: impl Fn(usize, usize) -> Weight + Sync,
+        weights: &impl Weights,
         direction: impl Fn([f64; 2]) -> Vec3A,
         heeds_normals: bool,
     ) -> Option<Self> {
         let grid = Grid::new(n_patches);
-        let summed: Vec<Summed> = (0..grid.n_cells[0] * grid.n_cells[1])
+        let weighed: Vec<CellWeight> = (0..grid.n_cells[0] * grid.n_cells[1])
             .into_par_iter()
-            .map(|cell| Summed::new(grid.weights(cell, &weight).flatten()))
+            .with_min_len(grid.n_cells[0])
+            .map(|cell| {
+                let [columns, rows] = grid.extent(cell);
+                weights.of_cell(columns, rows)
+            })
             .collect();
-        let total: f64 = summed.iter().map(|cell| cell.sum).sum();
+        let total: f64 = weighed.iter().map(|cell| cell.sum).sum();
         if !(total > 0.0) {
             return None;
         }
         let mean = total / (n_patches[0] * n_patches[1]) as f64;
-        let uneven: Vec<usize> = (0..summed.len())
-            .filter(|&i| !summed[i].is_even())
+        let uneven: Vec<usize> = (0..weighed.len())
+            .filter(|&i| !weighed[i].is_even())
             .collect();
         let tables = uneven
             .into_par_iter()
-            .map(|cell| {
-                let rows = grid.weights(cell, &weight);
-                let means: Vec<Vec<f64>> = rows
-                    .map(|row| row.map(|weight| weight.mean).collect())
-                    .collect();
-                Table::new(&means)
+            .map_init(Vec::new, |means, cell| {
+                let [columns, rows] = grid.extent(cell);
+                means.clear();
+                weights.push_patches(columns.clone(), rows, means);
+                Table::new(means, columns.len())
             })
             .collect();
         let mut n_tables = 0;
-        let cells = summed
+        let cells = weighed
             .iter()
             .map(|cell| {
                 if cell.is_even() {
@@ -238,22 +251,28 @@ impl PatchChoice {
             })
             .collect();
         let choice = if heeds_normals {
-            let weights: Vec<f32> = summed
+            let weights: Vec<f32> = weighed
                 .iter()
                 .map(|cell| (cell.sum / total) as f32)
                 .collect();
             let parts = weights.iter().enumerate().map(|(cell, &weight)| {
+                let [columns, rows] = grid.extent(cell);
                 let direction = direction(grid.middle(cell));
-                (grid.region_of(cell), direction, weight)
+                (grid.region_of(columns.start, rows.start), direction, weight)
             });
             CellChoice::Facing {
                 regions: Regions::new(parts),
                 weights,
             }
         } else {
-            let sums: Vec<f64> = summed.iter().map(|cell| cell.sum).collect();
-            let rows: Vec<Vec<f64>> = sums.chunks(grid.n_cells[0]).map(<[f64]>::to_vec).collect();
-            CellChoice::Whole(Table::new(&rows))
+            let sums: Vec<f64> = weighed.iter().map(|cell| cell.sum).collect();
+            let rows = sums.chunks(grid.n_cells[0]);
+            CellChoice::Whole {
+                rows: Cumulative::new(
+                    &rows.clone().map(|row| row.iter().sum()).collect::<Vec<_>>(),
+                ),
+                columns: rows.map(Cumulative::new).collect(),
+            }
         };
         Some(Self {
             choice,
@@ -283,9 +302,9 @@ impl PatchChoice {
     #[inline]
     pub(super) fn gain(&self, column: usize, row: usize, normal: Vec3A) -> f32 {
         match &self.choice {
-            CellChoice::Whole(_) => 1.0,
+            CellChoice::Whole { .. } => 1.0,
             CellChoice::Facing { regions, .. } => {
-                let [y, x] = self.grid.region_of(self.grid.cell_of(column, row));
+                let [y, x] = self.grid.region_of(column, row);
                 regions.shares(normal).gains[y][x]
             }
         }
@@ -296,9 +315,10 @@ impl PatchChoice {
     fn sample_cell(&self, u: [f32; 2], normal: Vec3A) -> (usize, usize, [f32; 2], f32) {
         let grid = &self.grid;
         let (regions, weights) = match &self.choice {
-            CellChoice::Whole(table) => {
-                let (column, row, u) = table.sample(u);
-                return (column, row, u, 1.0);
+            CellChoice::Whole { rows, columns } => {
+                let (row, v) = rows.sample(u[1]);
+                let (column, u) = columns[row].sample(u[0]);
+                return (column, row, [u, v], 1.0);
             }
             CellChoice::Facing { regions, weights } => (regions, weights),
         };
@@ -329,7 +349,7 @@ impl PatchChoice {
         let (left, top) = (cell_column * grid.side, cell_row * grid.side);
         let drawn = match self.cells[cell_row * grid.n_cells[0] + cell_column] {
             Cell::Even(_) => {
-                let along = |u: f32, patches: std::ops::Range<usize>| {
+                let along = |u: f32, patches: Range<usize>| {
                     let place = u * patches.len() as f32;
                     let patch = (place as usize).min(patches.len() - 1);
                     (patches.start + patch, place - patch as f32)
@@ -359,18 +379,18 @@ fn pick(weights: impl IntoIterator<Item = f32, IntoIter: Clone>, u: f32) -> (usi
     let weights = weights.into_iter();
     let total: f32 = weights.clone().sum();
     let mut place = u * total;
-    let mut last = (0, 1.0);
+    let mut last = 0;
     for (index, weight) in weights.enumerate() {
         if weight > 0.0 {
             if place < weight {
                 return (index, (place / weight).min(ONE_MINUS_EPSILON));
             }
-            last = (index, weight);
+            last = index;
         }
         place -= weight;
     }
     // Rounding has carried it past the end.
-    (last.0, ONE_MINUS_EPSILON)
+    (last, ONE_MINUS_EPSILON)
 }
 
 #[cfg(test)]
@@ -389,9 +409,23 @@ mod tests {
         }
     }
 
-    fn flat(x: usize, y: usize) -> Weight {
-        let mean = weight(x, y);
-        Weight { mean, peak: mean }
+    /// Means by place, and how much larger patches get.
+    struct Flat<F>(F, f64);
+
+    impl<F: Fn(usize, usize) -> f64 + Sync> Weights for Flat<F> {
+        fn of_cell(&self, columns: Range<usize>, rows: Range<usize>) -> CellWeight {
+            let mut means = Vec::new();
+            self.push_patches(columns, rows, &mut means);
+            CellWeight {
+                sum: means.iter().sum(),
+                peak: means.iter().fold(0.0, |a: f64, &b| a.max(b)) * self.1,
+                n_patches: means.len(),
+            }
+        }
+
+        fn push_patches(&self, columns: Range<usize>, rows: Range<usize>, means: &mut Vec<f64>) {
+            means.extend(rows.flat_map(|y| columns.clone().map(move |x| (self.0)(x, y))));
+        }
     }
 
     /// Directions of a map in latitude and longitude.
@@ -406,13 +440,14 @@ mod tests {
 
     #[test]
     fn places_are_drawn_by_their_density() {
+        let flat = Flat(weight, 1.0);
         let mean = (0..WIDTH * HEIGHT)
             .map(|i| weight(i % WIDTH, i / WIDTH))
             .sum::<f64>()
             / (WIDTH * HEIGHT) as f64;
         let normals = [Vec3A::Z, Vec3A::new(-0.6, 0.0, -0.8)];
         for (heeds_normals, normals) in [(false, &normals[..1]), (true, &normals[..])] {
-            let choice = PatchChoice::new([WIDTH, HEIGHT], flat, around, heeds_normals)
+            let choice = PatchChoice::new([WIDTH, HEIGHT], &flat, around, heeds_normals)
                 .expect("it is not black");
             assert!((choice.mean() / mean - 1.0).abs() < 1e-12);
             let density = |x: usize, y: usize| {
@@ -466,8 +501,8 @@ mod tests {
 
     #[test]
     fn light_over_density_is_bounded() {
-        let choice =
-            PatchChoice::new([WIDTH, HEIGHT], flat, around, true).expect("it is not black");
+        let flat = Flat(weight, 1.0);
+        let choice = PatchChoice::new([WIDTH, HEIGHT], &flat, around, true).expect("not black");
         let mut n_even = 0;
         for (x, y) in (0..WIDTH * HEIGHT).map(|i| (i % WIDTH, i / WIDTH)) {
             if let Some(density) = choice.even_density(x, y) {
@@ -484,11 +519,8 @@ mod tests {
 
     #[test]
     fn a_normal_asks_for_what_is_before_it() {
-        let flat = |_, _| Weight {
-            mean: 1.0,
-            peak: 1.0,
-        };
-        let choice = PatchChoice::new([WIDTH, HEIGHT], flat, around, true).expect("not black");
+        let flat = Flat(|_, _| 1.0, 1.0);
+        let choice = PatchChoice::new([WIDTH, HEIGHT], &flat, around, true).expect("not black");
         let mut rng = Rng::new(9);
         for normal in [Vec3A::X, Vec3A::NEG_Y, Vec3A::new(0.0, 0.6, 0.8)] {
             let n = 10_000;
@@ -505,27 +537,14 @@ mod tests {
 
     #[test]
     fn a_patch_that_varies_within_is_no_even_cell() {
-        let slope = |_, _| Weight {
-            mean: 0.5,
-            peak: 1.0,
-        };
-        let choice = PatchChoice::new([8, 4], slope, around, false).expect("it is not black");
+        let slope = Flat(|_, _| 0.5, 2.0);
+        let choice = PatchChoice::new([8, 4], &slope, around, false).expect("it is not black");
         assert_eq!(choice.even_density(3, 2), None);
     }
 
     #[test]
     fn a_black_map_has_no_choice() {
-        assert!(
-            PatchChoice::new(
-                [8, 4],
-                |_, _| Weight {
-                    mean: 0.0,
-                    peak: 0.0
-                },
-                around,
-                true
-            )
-            .is_none()
-        );
+        let black = Flat(|_, _| 0.0, 1.0);
+        assert!(PatchChoice::new([8, 4], &black, around, true).is_none());
     }
 }

@@ -81,10 +81,11 @@ pub(super) struct PlacedMap {
 }
 
 impl PlacedMap {
-    /// From a map with non-negative finite values, top row first. `None` if it is black everywhere.
-    pub(super) fn new(map: &Image, render_from_map: DMat3) -> Option<Self> {
+    /// From a map with non-negative finite values, top row first. `None` if it is black everywhere. Unless it
+    /// `heeds_normals`, samples ask for all light alike whatever they face.
+    pub(super) fn new(map: Image, render_from_map: DMat3, heeds_normals: bool) -> Option<Self> {
         Some(Self {
-            map: EnvironmentMap::new(map)?,
+            map: EnvironmentMap::new(map, heeds_normals)?,
             placement: Placement::new(render_from_map),
         })
     }

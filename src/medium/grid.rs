@@ -311,6 +311,7 @@ impl GridMedium {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::medium::lattice::solve_integral;
 
     /// The definition, in f64: values at cell centres, 0 beyond the grid.
     fn trilinear(n: [usize; 3], values: &[f32], p: Vec3A) -> f64 {
@@ -352,6 +353,170 @@ mod tests {
                 // Places round to half a unit of 3000.
                 let bound = 4.0 * f64::from(f32::EPSILON) * size.max_element() as f64;
                 assert!((ours - exact).abs() <= bound, "{n:?} {p}: {ours} {exact}");
+            }
+        }
+    }
+
+    /// Integral of the definition along a ray of voxel space, by many points.
+    fn quadrature(n: [usize; 3], values: &[f32], o: Vec3A, d: Vec3A, t_max: f32) -> f64 {
+        let n_points = 40_000;
+        let step = f64::from(t_max) / f64::from(n_points);
+        let size = Vec3A::from(n.map(|n| n as f32));
+        let points = (0..n_points).map(|k| o + d * ((f64::from(k) + 0.5) * step) as f32);
+        let inside = points.filter(|p| p.cmpge(Vec3A::ZERO).all() && p.cmple(size).all());
+        inside.map(|p| trilinear(n, values, p)).sum::<f64>() * step
+    }
+
+    /// A clumpy grid: half of its values are 0.
+    fn clumpy(n: [usize; 3], rng: &mut Rng) -> Vec<f32> {
+        let value = |u: f32| (2.0 * u - 1.0).max(0.0);
+        (0..n[0] * n[1] * n[2])
+            .map(|_| value(rng.uniform()))
+            .collect()
+    }
+
+    #[test]
+    fn columns_are_integrals_of_the_density_and_end_where_they_should() {
+        let n = [13, 6, 9];
+        let mut rng = Rng::new(5);
+        let values = clumpy(n, &mut rng);
+        let grid = DensityGrid::new(n, &values);
+        let size = Vec3A::from(n.map(|n| n as f32));
+        for k in 0..300 {
+            let mut random = || size * Vec3A::from([(); 3].map(|()| 1.4 * rng.uniform() - 0.2));
+            let (mut o, to) = (random(), random());
+            let mut d = to - o;
+            if k % 3 == 0 {
+                d[k % 2] = 0.0;
+            }
+            if k % 4 == 0 {
+                o = (o * 2.0).round() * 0.5; // In the planes between lattice points, and between cells.
+            }
+            if k % 6 == 0 {
+                d = Vec3A::from([[1.0, 0.0, -0.0], [-0.0, -1.0, 0.0], [0.0, 0.0, 1.0]][k / 6 % 3]);
+                d *= 3.0;
+            }
+            let t_max = 0.5 + 2.0 * rng.uniform();
+            let expected = quadrature(n, &values, o, d, t_max);
+            let at = |t_max, limit| grid.column(o + 0.5, d, t_max, limit);
+            let Column::Below(column) = at(t_max, f64::INFINITY) else {
+                panic!("nothing reaches infinity");
+            };
+            let off = (column - expected).abs();
+            assert!(off < 2e-4, "{o} {d} {t_max}: {column} for {expected}");
+            if column > 1e-3 {
+                let limit = column * f64::from(rng.uniform());
+                let Column::Reached(t) = at(t_max, limit) else {
+                    panic!("{o} {d}: {limit} of {column} is not reached");
+                };
+                let Column::Below(reached) = at(t, f64::INFINITY) else {
+                    panic!("nothing reaches infinity");
+                };
+                let bound = 1e-5 * f64::from(d.length() * t_max);
+                assert!(
+                    (reached - limit).abs() < bound,
+                    "{o} {d}: {reached} for {limit}"
+                );
+            }
+        }
+    }
+
+    #[test]
+    fn places_where_integrals_reach_a_value_have_closed_forms() {
+        // Constant, linear and cubic densities.
+        for (density, integral) in [
+            ([1.0; 4], (|s: f64| s) as fn(f64) -> f64),
+            ([0.0, 1.0 / 3.0, 2.0 / 3.0, 1.0], |s| 0.5 * s * s),
+            ([0.0, 0.0, 0.0, 1.0], |s| 0.25 * s.powi(4)),
+            ([1.0, 0.0, 0.0, 0.0], |s| 0.25 * (1.0 - (1.0 - s).powi(4))),
+        ] {
+            for k in 0..=100 {
+                let s = f64::from(k) / 100.0;
+                let found = solve_integral(density, integral(s));
+                assert!(
+                    (integral(found) - integral(s)).abs() < 1e-7,
+                    "{density:?} {s}"
+                );
+            }
+        }
+        assert_eq!(solve_integral([0.0; 4], 0.0), 1.0);
+    }
+
+    /// A medium on the cube from 0 to 1 that integrates, or does not.
+    fn medium(n: [usize; 3], values: &[f32], sigma: [[f32; 3]; 2], integrates: bool) -> GridMedium {
+        let [sigma_a, sigma_s] = sigma.map(Rgb::from_array);
+        let grid = DensityGrid::new(n, values);
+        let phase = HenyeyGreenstein { g: 0.0 };
+        GridMedium {
+            integrates,
+            ..GridMedium::new(grid, &Transform::IDENTITY, sigma_a, sigma_s, phase)
+        }
+    }
+
+    /// Whether the mean of `samples` is `expected` within 5 standard errors.
+    fn has_mean(samples: &[f64], expected: f64) -> bool {
+        let n = samples.len() as f64;
+        let mean = samples.iter().sum::<f64>() / n;
+        let variance = samples.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (n - 1.0);
+        (mean - expected).abs() <= 5.0 * (variance / n).sqrt() + 1e-5 * expected
+    }
+
+    #[test]
+    fn dice_and_integrals_are_right_on_average_in_grey_and_in_colour() {
+        let n = [7, 5, 6];
+        let mut rng = Rng::new(8);
+        let values = clumpy(n, &mut rng);
+        let ray = Ray {
+            o: crate::math::Point3::new(-0.1, 0.2, 0.3),
+            d: crate::math::Vec3::new(0.8, 0.36, 0.48),
+            time: 0.0,
+        };
+        let t_max = 1.1;
+        let size = Vec3A::from(n.map(|n| n as f32));
+        let column = |t: f32| quadrature(n, &values, ray.o.0 * size, ray.d.0 * size, t);
+        let (whole, half) = (column(t_max), column(0.5 * t_max));
+        for sigma in [
+            [[0.5; 3], [3.5; 3]],
+            [[10.0; 3], [20.0; 3]],
+            [[0.5, 1.0, 0.2], [3.0, 8.0, 1.0]],
+        ] {
+            for integrates in [false, true] {
+                let medium = medium(n, &values, sigma, integrates);
+                let what = format!("{sigma:?}, integrates: {integrates}");
+                let mut rng = Rng::new(9);
+                let (mut passes, mut early, mut through) = (vec![], vec![], vec![]);
+                for k in 0..40_000 {
+                    through.push(medium.transmittance(&ray, t_max, &mut rng).to_array());
+                    let depth = (k % 2 == 0).then(|| rng.exponential());
+                    let event = medium.sample(&ray, t_max, Rgb::ONE, depth, &mut rng);
+                    let (pass, scatter) = match event {
+                        MediumEvent::Pass { weight } => (weight, Rgb::BLACK),
+                        MediumEvent::Scatter { t, weight } if t < 0.5 * t_max => {
+                            (Rgb::BLACK, weight)
+                        }
+                        MediumEvent::Scatter { .. } => (Rgb::BLACK, Rgb::BLACK),
+                    };
+                    passes.push(pass.to_array());
+                    early.push(scatter.to_array());
+                }
+                for channel in 0..3 {
+                    let sigma_t = f64::from(medium.sigma_t[channel]);
+                    let albedo = f64::from(medium.sigma_s[channel]) / sigma_t;
+                    let left = (-sigma_t * whole).exp();
+                    let of = |samples: &[[f32; 3]]| -> Vec<f64> {
+                        samples.iter().map(|s| f64::from(s[channel])).collect()
+                    };
+                    let scattered = albedo * (1.0 - (-sigma_t * half).exp());
+                    for (samples, expected, quantity) in [
+                        (of(&through), left, "transmittance"),
+                        (of(&passes), left, "passing"),
+                        (of(&early), scattered, "scattering"),
+                    ] {
+                        assert!(has_mean(&samples, expected), "{quantity}, {what}");
+                        // The test would notice a bias.
+                        assert!(!has_mean(&samples, 1.2 * expected), "{quantity}, {what}");
+                    }
+                }
             }
         }
     }

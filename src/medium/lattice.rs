@@ -248,7 +248,7 @@ impl Lattice {
 
 /// The place in [0, 1] at which the integral of a polynomial of degree 3 reaches `target`. The polynomial is given by its
 /// Bernstein coefficients, none of which is negative: the integral rises.
-fn solve_integral(density: [f64; 4], target: f64) -> f64 {
+pub(super) fn solve_integral(density: [f64; 4], target: f64) -> f64 {
     let mut sums = [0.0; 5];
     for (k, density) in density.into_iter().enumerate() {
         sums[k + 1] = sums[k] + 0.25 * density;

@@ -21,21 +21,8 @@ const ENTRIES_PER_STRETCH: usize = 4;
 impl Cumulative {
     /// From weights that are finite and not negative; without any, the last entry is always drawn.
     pub fn new(weights: &[f64]) -> Self {
-        let total: f64 = weights.iter().sum();
-        let n_positive = weights.iter().filter(|w| **w > 0.0).count();
-        let units = 4_294_967_296.0 - n_positive as f64;
         let mut starts = Vec::with_capacity(weights.len());
-        let (mut sum, mut n_before) = (0.0, 0u64);
-        for &weight in weights {
-            let share = if total > 0.0 {
-                (sum / total * units) as u64
-            } else {
-                0
-            };
-            starts.push((share + n_before).min(u32::MAX as u64) as u32);
-            sum += weight;
-            n_before += u64::from(weight > 0.0);
-        }
+        push_starts(weights, &mut starts);
         let n_stretches = (weights.len() / ENTRIES_PER_STRETCH)
             .next_power_of_two()
             .max(1);
@@ -70,14 +57,48 @@ impl Cumulative {
             .map_or(self.starts.len() - 1, |&k| k as usize);
         // The last entry that begins at or before x: entries without weight begin where the next one does.
         let index = first + self.starts[first..=last].partition_point(|&start| start <= x) - 1;
-        let begin = i64::from(self.starts[index]);
-        let end = self
-            .starts
-            .get(index + 1)
-            .map_or(1 << 32, |&start| i64::from(start));
-        let rest = (i64::from(x) - begin) as f32 / (end - begin) as f32;
-        (index, rest.min(ONE_MINUS_EPSILON))
+        (index, rest(&self.starts, index, x))
     }
+}
+
+/// Appends where each of some weights begins, in units of 2⁻³² of their sum: what [`find`] looks through. As for
+/// [`Cumulative::new`].
+pub fn push_starts(weights: &[f64], starts: &mut Vec<u32>) {
+    let total: f64 = weights.iter().sum();
+    let n_positive = weights.iter().filter(|w| **w > 0.0).count();
+    let units = 4_294_967_296.0 - n_positive as f64;
+    let (mut sum, mut n_before) = (0.0, 0u32);
+    starts.extend(weights.iter().map(|&weight| {
+        let share = if total > 0.0 {
+            (sum / total * units) as u32
+        } else {
+            0
+        };
+        sum += weight;
+        let start = share.saturating_add(n_before);
+        n_before += u32::from(weight > 0.0);
+        start
+    }));
+}
+
+/// The entry at `u` in [0, 1) among a few, and how far into it `u` lies, in [0, 1): without a guide, which for less than
+/// a hundred is more to read than they are.
+#[inline]
+pub fn find(starts: &[u32], u: f32) -> (usize, f32) {
+    let x = (u as f64 * 4_294_967_296.0) as u32;
+    let index = starts.partition_point(|&start| start <= x) - 1;
+    (index, rest(starts, index, x))
+}
+
+/// How far into an entry `x` lies.
+#[inline]
+fn rest(starts: &[u32], index: usize, x: u32) -> f32 {
+    let begin = i64::from(starts[index]);
+    let end = starts
+        .get(index + 1)
+        .map_or(1 << 32, |&start| i64::from(start));
+    let rest = (i64::from(x) - begin) as f32 / (end - begin) as f32;
+    rest.min(ONE_MINUS_EPSILON)
 }
 
 #[cfg(test)]
@@ -104,8 +125,10 @@ mod tests {
             let n_steps = 1 << 21;
             let mut counts = vec![0u32; n];
             for k in 0..n_steps {
-                let (index, rest) = table.sample((k as f32 + 0.5) / n_steps as f32);
+                let u = (k as f32 + 0.5) / n_steps as f32;
+                let (index, rest) = table.sample(u);
                 assert!((0.0..1.0).contains(&rest));
+                assert_eq!(find(&table.starts, u), (index, rest));
                 counts[index] += 1;
             }
             for (i, (&count, &weight)) in counts.iter().zip(&weights).enumerate() {

@@ -435,7 +435,7 @@ fn v22_channels_are_chosen_by_chances_that_leave_none_out() {
             for t_max in [1e-30, 1.0, f32::INFINITY] {
                 for _ in 0..2000 {
                     let (MediumEvent::Scatter { weight, .. } | MediumEvent::Pass { weight }) =
-                        medium.sample(&ray, t_max, Rgb::from_array(beta), &mut rng);
+                        medium.sample(&ray, t_max, Rgb::from_array(beta), None, &mut rng);
                     let sound = weight.is_finite() && !weight.has_negative();
                     assert!(sound, "{medium:?} {beta:?} {t_max}: {weight:?}");
                 }

@@ -41,7 +41,8 @@ fn n05_a_large_even_map_is_drawn_evenly() {
     // 2²⁵ texels: in single precision a running sum of them would stand still after 2²⁴.
     let (width, height) = (8192, 4096);
     let map = Image::new(width, height, 1, vec![1.0; width * height]).expect("a picture");
-    let light = InfiniteLight::with_map(Rgb::ONE, &map, DMat3::IDENTITY).expect("it is not black");
+    let light =
+        InfiniteLight::with_map(Rgb::ONE, map, DMat3::IDENTITY, true).expect("it is not black");
     let even = 1.0 / (4.0 * std::f32::consts::PI);
     let mut random = Uniform::new(2);
     // The density is even: its integral over the sphere is 1.
@@ -100,7 +101,8 @@ fn n14_a_single_bright_texel_is_drawn_without_noise() {
         let mut data = vec![0.0; 8 * 16];
         data[row * 16 + 5] = 1000.0;
         let map = Image::new(16, 8, 1, data).expect("a picture");
-        let light = InfiniteLight::with_map(Rgb::ONE, &map, DMat3::IDENTITY).expect("not black");
+        let light =
+            InfiniteLight::with_map(Rgb::ONE, map, DMat3::IDENTITY, true).expect("not black");
         let mut random = Uniform::new(7);
         let n = 100_000;
         let mean = Mean::of(n, || {
@@ -204,7 +206,7 @@ fn n03_environments_answer_to_random_numbers_at_both_ends() {
     let mut data = vec![0.0; 8 * 4];
     data[3] = 1.0;
     let map = Image::new(8, 4, 1, data).expect("a picture");
-    let light = InfiniteLight::with_map(Rgb::ONE, &map, DMat3::IDENTITY).expect("not black");
+    let light = InfiniteLight::with_map(Rgb::ONE, map, DMat3::IDENTITY, true).expect("not black");
     for u in [0.0, f32::EPSILON, 0.5, 1.0 - f32::EPSILON / 2.0] {
         for v in [0.0, f32::EPSILON, 0.5, 1.0 - f32::EPSILON / 2.0] {
             let Some(sample) = light.sample([u, v], Normal3::ZERO) else {
@@ -252,7 +254,7 @@ fn n13_the_poles_of_a_map_blend_its_top_and_bottom_rows() {
     let mut data = vec![0.0; width * height];
     data[..width].fill(1000.0);
     let map = Image::new(width, height, 1, data).expect("a picture");
-    let light = InfiniteLight::with_map(Rgb::ONE, &map, DMat3::IDENTITY).expect("not black");
+    let light = InfiniteLight::with_map(Rgb::ONE, map, DMat3::IDENTITY, true).expect("not black");
     let at = |row: f32| {
         let (sin, cos) = (row * std::f32::consts::PI / height as f32).sin_cos();
         light.le(Vec3::new(sin, 0.0, cos)).g()
