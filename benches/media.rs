@@ -28,13 +28,13 @@ fn grid() -> DensityGrid {
 }
 
 fn medium(sigma: f32) -> Medium {
-    Medium::Grid(GridMedium::new(
+    Medium::Grid(Box::new(GridMedium::new(
         grid(),
         &Transform::scale_translate(1.0, DVec3::ZERO),
         Rgb::splat(0.1 * sigma),
         Rgb::splat(sigma),
         HenyeyGreenstein { g: 0.5 },
-    ))
+    )))
 }
 
 /// Rays from one side of the unit cube to points on the other.

@@ -138,8 +138,11 @@ fn compiled(bytes: &[u8], files: &Files<'_>) -> Diagnostics {
 fn is_deep(frame: &Frame) -> bool {
     let in_objects = frame.objects.iter().flat_map(|object| &object.shapes);
     frame.shapes.iter().chain(in_objects).any(|shape| {
-        let levels = shape.entity.params.get("levels", ParamClass::Integer);
-        matches!(levels.map(|param| &param.value), Some(ParamValue::Integer(n)) if n.iter().any(|&n| n > MAX_LEVELS))
+        // Both names are read.
+        ["levels", "nlevels"].into_iter().any(|name| {
+            let levels = shape.entity.params.get(name, ParamClass::Integer);
+            matches!(levels.map(|param| &param.value), Some(ParamValue::Integer(n)) if n.iter().any(|&n| n > MAX_LEVELS))
+        })
     })
 }
 

@@ -170,13 +170,13 @@ impl<'a> Media<'a> {
         let render_from_unit = self
             .space
             .place(&world_from_medium.compose(&medium_from_unit));
-        Some(Medium::Grid(GridMedium::new(
+        Some(Medium::Grid(Box::new(GridMedium::new(
             DensityGrid::new(n, &density),
             &render_from_unit.inverse(),
             sigma_a,
             sigma_s,
             phase,
-        )))
+        ))))
     }
 
     /// Absorption and scattering per unit of render space: explicit ones before those of a preset.

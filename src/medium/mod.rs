@@ -22,7 +22,7 @@ pub enum Medium {
     /// The same everywhere.
     Homogeneous(Homogeneous),
     /// Density on a grid.
-    Grid(GridMedium),
+    Grid(Box<GridMedium>),
 }
 
 /// What happened to a path between two boundaries.

@@ -52,6 +52,19 @@ fn sixteen_points_lie_one_in_each_elementary_interval() {
 }
 
 #[test]
+fn depths_are_exponential_and_as_even_as_the_numbers_behind_them() {
+    for seed in 0..50 {
+        let mut seen = [false; 16];
+        for sample in 0..16 {
+            let depth = Sampler::new(seed, [3, -4], sample).get_exponential();
+            let stratum = (16.0 * (-depth).exp()) as usize;
+            assert!(depth > 0.0 && !seen[stratum], "seed {seed}: {depth}");
+            seen[stratum] = true;
+        }
+    }
+}
+
+#[test]
 fn fine_numbers_refine_the_coarse_ones() {
     for (sample, kind) in (0..1000).zip(KINDS.iter().cycle()) {
         let sampler = Sampler::of_kind(*kind, 3, [5, 6], sample);
