@@ -3,7 +3,7 @@
 //! | parameter | default | meaning |
 //! |---|---|---|
 //! | `integer maxdepth` | 5 | scattering events; 0 shows emitters only |
-//! | `float rrthreshold` | 1 | Russian roulette below 0.6 of this throughput; 0 never |
+//! | `float rrthreshold` | 1 | Russian roulette below 0.5 of this throughput; 0 never |
 //! | `string lightsamplestrategy` | `spatial` | how a light is chosen |
 //! | `integer[4] pixelbounds` | film | pixels that are rendered |
 //!
@@ -41,9 +41,8 @@ pub struct Path {
 
 /// Russian roulette begins below this part of the threshold. Measured: at 1 and after four bounces, as in pbrt-v3, paths
 /// in clouds of albedo 0.9 end too early (a quarter more squared error for a fifth less time), and those in smoke of albedo
-/// 0.1 go on for nothing (half more time). Media are alike between 0.4 and 0.6; paths among
-/// surfaces end sooner at 0.6, at little cost.
-const ROULETTE_BELOW: f32 = 0.6;
+/// 0.1 go on for nothing (half more time). Media and surfaces are alike within a few percent between 0.4 and 0.6.
+const ROULETTE_BELOW: f32 = 0.5;
 /// Part of a path's extent within which a collision may touch the wall ahead by rounding, down to grazing angles of
 /// 10⁻⁵.
 const NEAR_WALL: f32 = 1e-2;
