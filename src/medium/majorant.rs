@@ -1,7 +1,7 @@
 //! Local majorants: a coarse grid of upper bounds on density, walked cell by cell along a ray.
 //!
 //! One bright voxel then slows down only the rays that pass its neighbourhood, and empty cells cost one step. Places are
-//! padded coordinates, see [`lattice`](crate::medium::lattice): a cell is made of whole cubes between lattice points.
+//! padded coordinates, see `medium/lattice.rs`: a cell is made of whole cubes between lattice points.
 
 use glam::Vec3A;
 
