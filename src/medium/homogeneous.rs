@@ -75,8 +75,7 @@ impl Homogeneous {
         )
     }
 
-    /// Draws a distance by the extinction of one channel and weighs it by all of them (the balance heuristic over
-    /// channels; pbrt 3rd ed., section 15.2.1). A medium that only absorbs needs no dice.
+    /// See [`ColumnFlight`]: the density is 1. A medium that only absorbs needs no dice.
     pub(super) fn sample(
         &self,
         t_max: f32,
@@ -89,6 +88,43 @@ impl Homogeneous {
                 weight: self.transmittance(t_max),
             };
         }
+        let flight = ColumnFlight::new(self.sigma_t, self.sigma_s, beta, depth, rng);
+        let t = flight.limit() as f32;
+        if t < t_max {
+            MediumEvent::Scatter {
+                t,
+                weight: flight.scatter(t),
+            }
+        } else {
+            MediumEvent::Pass {
+                weight: flight.pass(t_max),
+            }
+        }
+    }
+}
+
+/// A flight whose length, in columns of density, is drawn by the extinction of one channel and weighed by all of them (the
+/// balance heuristic over channels; pbrt 3rd ed., section 15.2.1).
+pub(super) struct ColumnFlight {
+    /// Chances of the channels.
+    q: Rgb,
+    sigma_t: Rgb,
+    sigma_s: Rgb,
+    /// Relative to the channel of least extinction, so that nothing underflows in thick media.
+    excess: Rgb,
+    limit: f64,
+}
+
+impl ColumnFlight {
+    /// For a path of throughput `beta`; `depth` as in [`Medium::sample`](crate::medium::Medium::sample).
+    #[inline]
+    pub(super) fn new(
+        sigma_t: Rgb,
+        sigma_s: Rgb,
+        beta: Rgb,
+        depth: Option<f32>,
+        rng: &mut Rng,
+    ) -> Self {
         let q = channel_weights(beta);
         let u = rng.uniform();
         // The last channel with a chance takes what rounding leaves of the unit interval.
@@ -99,23 +135,35 @@ impl Homogeneous {
         } else {
             2
         };
-        // No extinction in that channel: the flight never ends.
-        let t = depth.unwrap_or_else(|| rng.exponential()) / self.sigma_t[channel];
-        // Relative to the channel of least extinction, so that nothing underflows in thick media.
-        let excess = self.sigma_t - Rgb::splat(self.sigma_t.min_component());
-        if t < t_max {
-            let tr = beer_lambert(excess, t);
-            let pdf = dot(q, self.sigma_t * tr);
-            MediumEvent::Scatter {
-                t,
-                weight: self.sigma_s * tr * (1.0 / pdf),
-            }
-        } else {
-            let tr = beer_lambert(excess, t_max);
-            MediumEvent::Pass {
-                weight: tr * (1.0 / dot(q, tr)),
-            }
+        let depth = depth.unwrap_or_else(|| rng.exponential());
+        Self {
+            q,
+            sigma_t,
+            sigma_s,
+            excess: sigma_t - Rgb::splat(sigma_t.min_component()),
+            // No extinction in that channel: the flight never ends.
+            limit: f64::from(depth) / f64::from(sigma_t[channel]),
         }
+    }
+
+    /// The column at which it ends, unless the medium does before; perhaps ∞.
+    #[inline]
+    pub(super) fn limit(&self) -> f64 {
+        self.limit
+    }
+
+    /// Weight of a collision there.
+    #[inline]
+    pub(super) fn scatter(&self, column: f32) -> Rgb {
+        let tr = beer_lambert(self.excess, column);
+        self.sigma_s * tr * (1.0 / dot(self.q, self.sigma_t * tr))
+    }
+
+    /// Weight of a path that leaves the medium behind that column.
+    #[inline]
+    pub(super) fn pass(&self, column: f32) -> Rgb {
+        let tr = beer_lambert(self.excess, column);
+        tr * (1.0 / dot(self.q, tr))
     }
 }
 

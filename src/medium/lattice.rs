@@ -48,8 +48,6 @@ pub(super) struct LatticeRay {
     to_exit: Vec3A,
     /// From a cube to the next along each axis.
     step: Vec3A,
-    /// Distance between planes.
-    t_step: Vec3A,
 }
 
 /// The values around a cube between lattice points, those on its near side along x and those on the far one, in the
@@ -83,13 +81,21 @@ impl LatticeRay {
             moves,
             to_exit: Vec3A::select(forward, Vec3A::ONE, Vec3A::ZERO),
             step: Vec3A::select(moves, step, Vec3A::ZERO),
-            t_step: Vec3A::select(moves, inverse_d.abs(), Vec3A::ZERO),
         }
     }
 
     #[inline]
     fn at(&self, t: f32) -> Vec3A {
         self.o + self.d * t
+    }
+
+    /// Distances at which it leaves the cube at `corner` along each axis, from the planes themselves: sums of steps would
+    /// drift. None beyond the lattice, so that no walk meets more planes than there are.
+    #[inline]
+    fn exits(&self, corner: Vec3A, last_corner: Vec3A) -> Vec3A {
+        let is_inside = corner.cmpge(Vec3A::ZERO) & corner.cmple(last_corner);
+        let distances = (corner + self.to_exit - self.o) * self.inverse_d;
+        Vec3A::select(self.moves & is_inside, distances, Vec3A::INFINITY)
     }
 }
 
@@ -193,13 +199,14 @@ impl Lattice {
 
     /// Integral of the density over a stretch.
     #[inline]
-    fn column(&self, ray: &LatticeRay, piece: &Piece) -> f32 {
+    fn column(&self, ray: &LatticeRay, piece: &Piece) -> f64 {
         let (middle, half) = (0.5 * (piece.t0 + piece.t1), 0.5 * (piece.t1 - piece.t0));
+        // Rounding may put a place outside the cube.
+        let place = (ray.at(middle) - piece.corner).clamp(Vec3A::ZERO, Vec3A::ONE);
         let mean = self
             .corners(piece.corner)
-            .mean_of_two(ray.at(middle) - piece.corner, ray.d * (POINT * half));
-        // Rounding may put a place outside the cube.
-        (2.0 * half * mean).max(0.0)
+            .mean_of_two(place, ray.d * (POINT * half));
+        f64::from(2.0 * half) * f64::from(mean.max(0.0))
     }
 
     /// Goes on to `t1`, adding the density to `column`, but no further than to where that reaches `limit`: the distance
@@ -215,8 +222,8 @@ impl Lattice {
     ) -> Option<f32> {
         while march.t < t1 {
             let piece = march.next(ray, self.n, t1);
-            let longer = *column + f64::from(self.column(ray, &piece));
-            if longer >= limit {
+            let longer = *column + self.column(ray, &piece);
+            if longer >= limit && limit < f64::INFINITY {
                 return Some(self.reach(ray, &piece, limit - *column));
             }
             *column = longer;
@@ -303,11 +310,10 @@ impl March {
     pub(super) fn new(lattice: &Lattice, ray: &LatticeRay, t0: f32) -> Self {
         let start = ray.at(t0).clamp(Vec3A::splat(0.5), lattice.n + 0.5);
         let corner = whole_part(start);
-        let border = (corner + ray.to_exit - ray.o) * ray.inverse_d;
         Self {
             t: t0,
             corner,
-            border: Vec3A::select(ray.moves, border, Vec3A::INFINITY),
+            border: ray.exits(corner, lattice.n),
         }
     }
 
@@ -320,8 +326,8 @@ impl March {
     /// The next stretch before `t1`, perhaps of no length; `t1` is ahead. Corners are up to `last_corner`.
     #[inline]
     fn next(&mut self, ray: &LatticeRay, last_corner: Vec3A, t1: f32) -> Piece {
-        let ahead = self.border.min_element();
-        let end = ahead.min(t1).max(self.t);
+        // Distances may be too coarse to tell planes apart: then the stretch has no length.
+        let end = self.border.min_element().min(t1).max(self.t);
         let piece = Piece {
             t0: self.t,
             t1: end,
@@ -329,11 +335,8 @@ impl March {
         };
         let crossed = self.border.cmple(Vec3A::splat(end));
         self.corner += Vec3A::select(crossed, ray.step, Vec3A::ZERO);
-        let border = self.border + Vec3A::select(crossed, ray.t_step, Vec3A::ZERO);
-        // Far from the origin distances may be too coarse to tell planes apart.
-        let is_stuck = crossed.any() && border == self.border;
-        self.border = border;
-        self.t = if is_stuck { t1 } else { end };
+        self.border = ray.exits(self.corner, last_corner);
+        self.t = end;
         piece
     }
 }

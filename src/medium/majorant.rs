@@ -58,7 +58,7 @@ impl MajorantGrid {
         let (t_lo, t_hi) = ((BEGIN - o) * inverse_d, (self.end - o) * inverse_d);
         let (mut t0, mut t1) = (0.0f32, t_max);
         for axis in 0..3 {
-            if d[axis] != 0.0 {
+            if inverse_d[axis].is_finite() {
                 t0 = t0.max(t_lo[axis].min(t_hi[axis]));
                 t1 = t1.min(t_lo[axis].max(t_hi[axis]));
             } else if !(BEGIN..=self.end[axis]).contains(&o[axis]) {
@@ -72,6 +72,8 @@ impl MajorantGrid {
             t: t0,
             t_end: t1,
             done: false,
+            o: o.to_array(),
+            inverse_d: inverse_d.to_array(),
             ..Walk::nowhere(self)
         };
         let start = o + d * t0;
@@ -87,12 +89,11 @@ impl MajorantGrid {
             walk.index += cell * stride;
             walk.stride[axis] = step * stride;
             walk.steps_left[axis] = steps_left;
-            if d[axis] == 0.0 {
-                walk.t_border[axis] = f32::INFINITY;
-                walk.t_step[axis] = 0.0;
-            } else {
-                walk.t_border[axis] = (first_border as f32 - o[axis]) * inverse_d[axis];
-                walk.t_step[axis] = CELL as f32 * inverse_d[axis].abs();
+            walk.t_border[axis] = f32::INFINITY;
+            if inverse_d[axis].is_finite() {
+                walk.border[axis] = first_border as f32;
+                walk.step[axis] = (step * CELL as i32) as f32;
+                walk.t_border[axis] = (walk.border[axis] - o[axis]) * inverse_d[axis];
             }
             stride *= n as i32;
         }
@@ -117,8 +118,13 @@ pub(super) struct Walk<'a> {
     index: i32,
     stride: [i32; 3],
     steps_left: [i32; 3],
+    o: [f32; 3],
+    inverse_d: [f32; 3],
+    /// The planes ahead, from one to the next along an axis, and how far away they are: by themselves, as sums of
+    /// distances would drift.
+    border: [f32; 3],
+    step: [f32; 3],
     t_border: [f32; 3],
-    t_step: [f32; 3],
     done: bool,
 }
 
@@ -131,8 +137,11 @@ impl<'a> Walk<'a> {
             index: 0,
             stride: [0; 3],
             steps_left: [0; 3],
+            o: [0.0; 3],
+            inverse_d: [0.0; 3],
+            border: [0.0; 3],
+            step: [0.0; 3],
             t_border: [0.0; 3],
-            t_step: [0.0; 3],
             done: true,
         }
     }
@@ -169,7 +178,8 @@ impl Iterator for Walk<'_> {
                 return None;
             }
             self.index += self.stride[axis];
-            self.t_border[axis] += self.t_step[axis];
+            self.border[axis] += self.step[axis];
+            self.t_border[axis] = (self.border[axis] - self.o[axis]) * self.inverse_d[axis];
             if t1 > t0 {
                 self.t = t1;
                 if majorant > 0.0 {
