@@ -1,5 +1,5 @@
 //! Whole pictures of published scenes against converged ones by pbrt-v3, made with at least `REFERENCE_SPP` samples per
-//! pixel. Its samples are dearer than ours and vary less, so that the judge errs on the side of caution.
+//! pixel.
 
 #![expect(
     clippy::print_stdout,
@@ -19,6 +19,9 @@ use tyndall::image::{Image, PixelRect};
 
 /// Least number of samples per pixel of the references.
 const REFERENCE_SPP: f64 = 256.0;
+
+/// Of our samples in clouds, as many as vary like the references: pbrt-v3's vary up to 2.4 times as much there.
+const CLOUD_REFERENCE_SPP: f64 = 100.0;
 
 /// The directory with scenes and references beside the repository, if there is one.
 fn shared() -> Option<PathBuf> {
@@ -57,27 +60,27 @@ fn assert_small_scene_agrees_at(folder: &str, name: &str, spp: u32, reference_sp
 
 #[test]
 fn small_cloud_agrees() {
-    assert_small_scene_agrees("cloud", "cloud");
+    assert_small_scene_agrees_at("cloud", "cloud", SPP, CLOUD_REFERENCE_SPP);
 }
 
 #[test]
 fn small_smoke_agrees() {
-    assert_small_scene_agrees("cloud", "smoke");
+    assert_small_scene_agrees_at("cloud", "smoke", SPP, CLOUD_REFERENCE_SPP);
 }
 
 #[test]
 fn small_f15_4a_agrees() {
-    assert_small_scene_agrees("cloud", "f15-4a");
+    assert_small_scene_agrees_at("cloud", "f15-4a", SPP, CLOUD_REFERENCE_SPP);
 }
 
 #[test]
 fn small_f15_4b_agrees() {
-    assert_small_scene_agrees("cloud", "f15-4b");
+    assert_small_scene_agrees_at("cloud", "f15-4b", SPP, CLOUD_REFERENCE_SPP);
 }
 
 #[test]
 fn small_f15_4c_agrees() {
-    assert_small_scene_agrees("cloud", "f15-4c");
+    assert_small_scene_agrees_at("cloud", "f15-4c", SPP, CLOUD_REFERENCE_SPP);
 }
 
 /// A ball under elliptically filtered lines.
