@@ -5,7 +5,6 @@ use crate::ids::LightId;
 use crate::integrator::Counters;
 use crate::math::Ray;
 use crate::sampler::Sampler;
-use crate::sampling::mis::power_heuristic;
 use crate::scatter::{Bsdf, Seen, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
@@ -90,10 +89,10 @@ impl<'a> LitPoint<'a> {
         if f.is_black() {
             return Rgb::BLACK;
         }
-        let weight = if sample.is_delta || n_found == 0.0 {
+        let weight = if n_found == 0.0 {
             1.0
         } else {
-            power_heuristic(sample.pdf, n_found * seen.pdf(sample.wi))
+            sample.weight(n_found * seen.pdf(sample.wi))
         };
         let contribution = f * sample.radiance * (weight / sample.pdf);
         if contribution.is_black() {
@@ -122,7 +121,8 @@ impl<'a> LitPoint<'a> {
             return Rgb::BLACK;
         };
         let weight = |light: LightId, pdf_light: f32| {
-            power_heuristic(n_found * drawn.pdf_w, n_samples(light) * pdf_light)
+            let pdf_light = n_samples(light) * pdf_light;
+            world.heuristic(light).weight(n_found * drawn.pdf_w, pdf_light)
         };
         let ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
         let light = light_along(world, at, ray, world.max_crossings(), weight, counters);

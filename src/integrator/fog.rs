@@ -13,7 +13,7 @@ use crate::ids::LightId;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::medium::{Homogeneous, Medium};
 use crate::sampling::equiangular::Equiangular;
-use crate::sampling::mis::power_heuristic;
+use crate::sampling::mis::Heuristic;
 use crate::spectrum::Rgb;
 use crate::world::{LightSample, Receiver, World};
 
@@ -97,7 +97,7 @@ impl<'a> FogSegment<'a> {
             Some(line.pdf(t, (position - at).length_squared()))
         });
         match by_angle {
-            Some(pdf) => power_heuristic(
+            Some(pdf) => Heuristic::Power.weight(
                 self.pdf_by_extinction(t, pmf),
                 pdf * self.world.point_light_pmf(light),
             ),
@@ -132,7 +132,7 @@ impl<'a> FogSegment<'a> {
             t,
             sample,
             f,
-            weight: power_heuristic(pdf, by_extinction),
+            weight: Heuristic::Power.weight(pdf, by_extinction),
         })
     }
 }

@@ -22,7 +22,7 @@ use crate::math::error::EPSILON;
 use crate::math::{Frame, Normal3, Ray, Vec3};
 use crate::medium::MediumEvent;
 use crate::sampler::Sampler;
-use crate::sampling::mis::power_heuristic;
+use crate::sampling::mis::Heuristic;
 use crate::sampling::rng::Rng;
 use crate::scatter::{Bsdf, Bxdf, HenyeyGreenstein, TransportMode};
 use crate::shape::{Place, SurfacePoint};
@@ -139,17 +139,20 @@ impl Path {
                     state.light_fog(fog, hit.as_ref());
                 }
                 let depth = first_depth.take();
-                match medium.sample(&state.ray, t_max, state.beta, depth, &mut state.rng) {
+                // Where it will not scatter any more, there is nothing to throw dice for.
+                let event = if state.bounces >= self.max_depth {
+                    let weight = medium.transmittance(&state.ray, t_max, &mut state.rng);
+                    MediumEvent::Pass { weight }
+                } else {
+                    medium.sample(&state.ray, t_max, state.beta, depth, &mut state.rng)
+                };
+                match event {
                     MediumEvent::Pass { weight } => {
                         state.beta *= weight;
                         state.see(|_| Event::Passed { weight });
                     }
                     MediumEvent::Scatter { t, weight } => {
                         // Roulette is about what arrives: the albedo is still to come, as at surfaces.
-                        if state.bounces >= self.max_depth {
-                            state.end(AT_MAX_DEPTH);
-                            break;
-                        }
                         if !self.survives(&mut state) {
                             break;
                         }
@@ -276,7 +279,9 @@ impl<O: Observer> State<'_, O> {
             Origin::Certain => self.world.environment(w),
             Origin::Drawn { at, pdf_w } => self
                 .world
-                .environment_weighted(&at, w, |pdf_light| power_heuristic(pdf_w, pdf_light)),
+                .environment_weighted(&at, w, |pdf_light| {
+                    Heuristic::Balance.weight(pdf_w, pdf_light)
+                }),
             Origin::Hidden => return,
         };
         self.find(LightId::NONE, le, 1.0);
@@ -304,7 +309,8 @@ impl<O: Observer> State<'_, O> {
         let weight = match self.origin {
             Origin::Certain => 1.0,
             Origin::Drawn { at, pdf_w } => {
-                power_heuristic(pdf_w, self.world.pdf_of_hit(light, hit, surface, &at))
+                let pdf_light = self.world.pdf_of_hit(light, hit, surface, &at);
+                Heuristic::Power.weight(pdf_w, pdf_light)
             }
             Origin::Hidden => return,
         };
@@ -387,10 +393,9 @@ impl<O: Observer> State<'_, O> {
                 && let Some(sample) = self.world.sample_on_light(light, pmf, &at, u)
             {
                 let density = phase.p(wo, sample.wi);
-                let weight = if sample.is_delta {
-                    fog.map_or(1.0, |fog| fog.weight_by_extinction(t, p, light, pmf))
-                } else {
-                    power_heuristic(sample.pdf, density)
+                let weight = match fog {
+                    Some(fog) if sample.is_delta => fog.weight_by_extinction(t, p, light, pmf),
+                    _ => sample.weight(density),
                 };
                 let f = Rgb::splat(density);
                 self.add_light::<true>(&sample, f, weight, medium);
@@ -512,11 +517,7 @@ impl<O: Observer> State<'_, O> {
         {
             let f = seen.f(sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
             if !f.is_black() {
-                let weight = if sample.is_delta {
-                    1.0
-                } else {
-                    power_heuristic(sample.pdf, seen.pdf(sample.wi))
-                };
+                let weight = sample.weight(seen.pdf(sample.wi));
                 let medium = medium_toward(sample.wi, self.medium);
                 self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
             }

@@ -15,7 +15,7 @@ use glam::{Affine3A, Vec3A};
 use crate::math::{Ray, Transform};
 use crate::medium::homogeneous::{ColumnFlight, beer_lambert};
 pub use crate::medium::lattice::MAX_VOXELS;
-use crate::medium::lattice::{Lattice, LatticeRay, March};
+use crate::medium::lattice::{Lattice, LatticeRay, March, Piece};
 use crate::medium::majorant::{MajorantGrid, Segment};
 use crate::medium::{MediumEvent, channel_weights};
 use crate::sampling::rng::Rng;
@@ -53,24 +53,23 @@ impl DensityGrid {
         self.lattice.density(p + 0.5)
     }
 
-    /// Integral of the density along o + t d, t in (0, `t_max`), o and d in the lattice, if it is below `limit`; the
-    /// distance at which it reaches `limit`, if it is not.
+    /// Integral of the density along a ray in the lattice, t in (0, `t_max`), if it is below `limit`.
     #[inline]
-    fn column(&self, o: Vec3A, d: Vec3A, t_max: f32, limit: f64) -> Column {
-        let ray = LatticeRay::new(o, d);
+    fn column(&self, ray: &LatticeRay, t_max: f32, limit: f64) -> Column {
         let mut column = 0.0;
         let mut march: Option<March> = None;
-        for Segment { t0, t1, .. } in self.majorants.walk(o, d, t_max) {
+        for Segment { t0, t1, .. } in self.majorants.walk(ray.o, ray.d, t_max) {
             // Empty cells are left out.
             let mut here = match march {
                 Some(march) if march.t() == t0 => march,
-                _ => March::new(&self.lattice, &ray, t0),
+                _ => March::new(&self.lattice, ray, t0),
             };
             let reached = self
                 .lattice
-                .integrate(&ray, &mut here, t1, &mut column, limit);
-            if let Some(t) = reached {
-                return Column::Reached(t);
+                .integrate(ray, &mut here, t1, &mut column, limit);
+            if let Some(piece) = reached {
+                let left = limit - column;
+                return Column::Reached { piece, left };
             }
             march = Some(here);
         }
@@ -87,8 +86,8 @@ impl DensityGrid {
 enum Column {
     /// All in all, which is below what was asked for.
     Below(f64),
-    /// What was asked for, at a distance.
-    Reached(f32),
+    /// What was asked for, where it comes to so much more than before a stretch.
+    Reached { piece: Piece, left: f64 },
 }
 
 /// A medium whose coefficients are multiplied by a density field.
@@ -272,12 +271,13 @@ impl GridMedium {
     ) -> MediumEvent {
         let flight = ColumnFlight::new(self.sigma_t, self.sigma_s, beta, depth, rng);
         let (o, d) = self.lattice_ray(ray);
-        match self.density.column(o, d, t_max, flight.limit()) {
+        let ray = LatticeRay::new(o, d);
+        match self.density.column(&ray, t_max, flight.limit()) {
             Column::Below(column) => MediumEvent::Pass {
                 weight: flight.pass(column as f32),
             },
-            Column::Reached(t) => MediumEvent::Scatter {
-                t,
+            Column::Reached { piece, left } => MediumEvent::Scatter {
+                t: self.density.lattice.reach(&ray, &piece, left),
                 weight: flight.scatter(flight.limit() as f32),
             },
         }
@@ -321,7 +321,8 @@ impl GridMedium {
             Some(rng) if sigma > 0.0 => (certain + f64::from(rng.exponential())) / f64::from(sigma),
             _ => f64::INFINITY,
         };
-        let Column::Below(column) = self.density.column(o, d, t_max, limit) else {
+        let ray = LatticeRay::new(o, d);
+        let Column::Below(column) = self.density.column(&ray, t_max, limit) else {
             return Rgb::BLACK;
         };
         if limit == f64::INFINITY {
@@ -424,7 +425,8 @@ mod tests {
             }
             let t_max = 0.5 + 2.0 * rng.uniform();
             let expected = quadrature(n, &values, o, d, t_max);
-            let at = |t_max, limit| grid.column(o + 0.5, d, t_max, limit);
+            let ray = LatticeRay::new(o + 0.5, d);
+            let at = |t_max, limit| grid.column(&ray, t_max, limit);
             let Column::Below(column) = at(t_max, f64::INFINITY) else {
                 panic!("nothing reaches infinity");
             };
@@ -432,9 +434,10 @@ mod tests {
             assert!(off < 2e-4, "{o} {d} {t_max}: {column} for {expected}");
             if column > 1e-3 {
                 let limit = column * f64::from(rng.uniform());
-                let Column::Reached(t) = at(t_max, limit) else {
+                let Column::Reached { piece, left } = at(t_max, limit) else {
                     panic!("{o} {d}: {limit} of {column} is not reached");
                 };
+                let t = grid.lattice.reach(&ray, &piece, left);
                 let Column::Below(reached) = at(t, f64::INFINITY) else {
                     panic!("nothing reaches infinity");
                 };
@@ -604,7 +607,8 @@ mod tests {
         let n = [16_384, 6, 6];
         let grid = DensityGrid::new(n, &vec![1.0; n[0] * n[1] * n[2]]);
         let (o, d) = (Vec3A::new(-90.5, 3.3, 4.1), Vec3A::new(0.93, 1e-5, -2e-5));
-        let Column::Below(column) = grid.column(o + 0.5, d, 1e6, f64::INFINITY) else {
+        let ray = LatticeRay::new(o + 0.5, d);
+        let Column::Below(column) = grid.column(&ray, 1e6, f64::INFINITY) else {
             panic!("nothing reaches infinity");
         };
         // At either end the density fades to one half over half a voxel.

@@ -39,8 +39,8 @@ fn whole_part(q: Vec3A) -> Vec3A {
 /// A ray in the lattice.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LatticeRay {
-    o: Vec3A,
-    d: Vec3A,
+    pub(super) o: Vec3A,
+    pub(super) d: Vec3A,
     inverse_d: Vec3A,
     /// Axes along which it meets planes.
     moves: BVec3A,
@@ -59,7 +59,7 @@ struct Corners {
 
 /// A stretch of a ray within a cube between lattice points.
 #[derive(Clone, Copy, Debug)]
-struct Piece {
+pub(super) struct Piece {
     t0: f32,
     t1: f32,
     /// The lattice point that all coordinates in the cube are above.
@@ -209,8 +209,8 @@ impl Lattice {
         f64::from(2.0 * half) * f64::from(mean.max(0.0))
     }
 
-    /// Goes on to `t1`, adding the density to `column`, but no further than to where that reaches `limit`: the distance
-    /// if it does.
+    /// Goes on to `t1`, adding the density to `column`, but no further than to the stretch in which that reaches `limit`:
+    /// the stretch, which is not added, if it does.
     #[inline]
     pub(super) fn integrate(
         &self,
@@ -219,12 +219,12 @@ impl Lattice {
         t1: f32,
         column: &mut f64,
         limit: f64,
-    ) -> Option<f32> {
+    ) -> Option<Piece> {
         while march.t < t1 {
             let piece = march.next(ray, self.n, t1);
             let longer = *column + self.column(ray, &piece);
             if longer >= limit && limit < f64::INFINITY {
-                return Some(self.reach(ray, &piece, limit - *column));
+                return Some(piece);
             }
             *column = longer;
         }
@@ -232,7 +232,7 @@ impl Lattice {
     }
 
     /// The distance in a stretch at which the integral of the density from its beginning reaches `column`, or its end.
-    fn reach(&self, ray: &LatticeRay, piece: &Piece, column: f64) -> f32 {
+    pub(super) fn reach(&self, ray: &LatticeRay, piece: &Piece, column: f64) -> f32 {
         let corners = self.corners(piece.corner);
         let [a, b] = [piece.t0, piece.t1].map(|t| (ray.at(t) - piece.corner).to_array());
         let at = |x: f32, y: f32, z: f32| f64::from(corners.interpolate([x, y, z]).max(0.0));

@@ -6,6 +6,7 @@ use crate::ids::{InstanceId, LightId, MediumId};
 use crate::light::{AreaLight, InfiniteLight, Light};
 use crate::math::error::offset_origin;
 use crate::math::{Normal3, Point3, Ray, Vec3};
+use crate::sampling::mis::Heuristic;
 use crate::sampling::rng::Rng;
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
@@ -39,6 +40,7 @@ pub struct LightSample {
     pub pdf: f32,
     /// No other strategy can find this light.
     pub is_delta: bool,
+    heuristic: Heuristic,
     /// The point aimed at; meaningless for light from infinitely far away.
     pub p: Point3,
     /// The emitting surface's normal there; zero off surfaces.
@@ -47,7 +49,29 @@ pub struct LightSample {
     shadow: Segment,
 }
 
+impl LightSample {
+    /// Weight of the sample beside a direction drawn with density `pdf_w`, in sr⁻¹.
+    #[inline]
+    pub fn weight(&self, pdf_w: f32) -> f32 {
+        if self.is_delta {
+            1.0
+        } else {
+            self.heuristic.weight(self.pdf, pdf_w)
+        }
+    }
+}
+
 impl World {
+    /// How a light is shared between its own samples and directions that find it. Samples of skies make up for what
+    /// directions miss (see `light/environment.rs`), by densities that add up.
+    #[inline]
+    pub fn heuristic(&self, light: LightId) -> Heuristic {
+        match self.light(light) {
+            Light::Infinite(_) => Heuristic::Balance,
+            _ => Heuristic::Power,
+        }
+    }
+
     /// Power of a light in render-space units, for choosing among lights.
     pub(super) fn power(&self, light: &Light) -> f64 {
         use std::f64::consts::PI;
@@ -166,6 +190,7 @@ impl World {
                     radiance: sample.radiance,
                     pdf: sample.pdf_w * pmf,
                     is_delta: false,
+                    heuristic: Heuristic::Balance,
                     p: Point3::ZERO,
                     ng: Normal3::ZERO,
                     shadow: Segment::to_infinity(at, wi),
@@ -200,6 +225,7 @@ impl World {
             radiance,
             pdf: pmf,
             is_delta: true,
+            heuristic: Heuristic::Power,
             p: Point3::ZERO,
             ng: Normal3::ZERO,
             shadow,
@@ -235,6 +261,7 @@ impl World {
             radiance,
             pdf: sample.pdf_w * pmf,
             is_delta: false,
+            heuristic: Heuristic::Power,
             p: sample.p,
             ng: sample.ng,
             shadow: Segment::new(at, end, wi, Some(aim)),
