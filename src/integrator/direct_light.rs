@@ -122,7 +122,9 @@ impl<'a> LitPoint<'a> {
         };
         let weight = |light: LightId, pdf_light: f32| {
             let pdf_light = n_samples(light) * pdf_light;
-            world.heuristic(light).weight(n_found * drawn.pdf_w, pdf_light)
+            world
+                .heuristic(light)
+                .weight(n_found * drawn.pdf_w, pdf_light)
         };
         let ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
         let light = light_along(world, at, ray, world.max_crossings(), weight, counters);

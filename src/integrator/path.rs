@@ -277,11 +277,9 @@ impl<O: Observer> State<'_, O> {
         let w = self.ray.d;
         let le = match self.origin {
             Origin::Certain => self.world.environment(w),
-            Origin::Drawn { at, pdf_w } => self
-                .world
-                .environment_weighted(&at, w, |pdf_light| {
-                    Heuristic::Balance.weight(pdf_w, pdf_light)
-                }),
+            Origin::Drawn { at, pdf_w } => self.world.environment_weighted(&at, w, |pdf_light| {
+                Heuristic::Balance.weight(pdf_w, pdf_light)
+            }),
             Origin::Hidden => return,
         };
         self.find(LightId::NONE, le, 1.0);

@@ -9,6 +9,7 @@ use rayon::iter::{IndexedParallelIterator, ParallelIterator};
 use rayon::slice::{ParallelSlice, ParallelSliceMut};
 
 use crate::light::patch_choice::{CellWeight, Weights, cell_side};
+use crate::math::{greater, lesser};
 use crate::spectrum::Rgb;
 
 /// What a luminance counts: what exceeds `cut`, but never less than `least` of it.
@@ -81,16 +82,6 @@ impl Run {
             largest: largest.into_iter().chain(rest()).fold(end, greater),
         }
     }
-}
-
-/// The lesser of two numbers, for which there is one instruction.
-fn lesser(a: f32, b: f32) -> f32 {
-    if a < b { a } else { b }
-}
-
-/// The greater of two numbers.
-fn greater(a: f32, b: f32) -> f32 {
-    if a > b { a } else { b }
 }
 
 impl<'a> Luminances<'a> {

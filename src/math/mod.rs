@@ -18,3 +18,15 @@ pub use frame::Frame;
 pub use ray::Ray;
 pub use transform::Transform;
 pub use vector::{Normal3, Point3, Vec3};
+
+/// The lesser of two numbers, for which there is one instruction; `b` where one of them is none.
+#[inline(always)]
+pub(crate) fn lesser(a: f32, b: f32) -> f32 {
+    if a < b { a } else { b }
+}
+
+/// The greater of two numbers; `b` where one of them is none.
+#[inline(always)]
+pub(crate) fn greater(a: f32, b: f32) -> f32 {
+    if a > b { a } else { b }
+}

@@ -5,6 +5,8 @@
 
 use glam::{BVec3A, Vec3A, Vec4};
 
+use crate::math::{greater, lesser};
+
 /// Values at the centres of cells, and 0 around them. Places are *padded coordinates*, in which cell (i, j, k) has its
 /// centre at (i+1, j+1, k+1): the cells reach from ½ to n + ½ along each axis.
 #[derive(Clone, Debug)]
@@ -206,7 +208,7 @@ impl Lattice {
         let mean = self
             .corners(piece.corner)
             .mean_of_two(place, ray.d * (POINT * half));
-        f64::from(2.0 * half) * f64::from(mean.max(0.0))
+        f64::from(2.0 * half * greater(mean, 0.0))
     }
 
     /// Goes on to `t1`, adding the density to `column`, but no further than to the stretch in which that reaches `limit`:
@@ -327,7 +329,7 @@ impl March {
     #[inline]
     fn next(&mut self, ray: &LatticeRay, last_corner: Vec3A, t1: f32) -> Piece {
         // Distances may be too coarse to tell planes apart: then the stretch has no length.
-        let end = self.border.min_element().min(t1).max(self.t);
+        let end = greater(lesser(self.border.min_element(), t1), self.t);
         let piece = Piece {
             t0: self.t,
             t1: end,

@@ -5,6 +5,8 @@
 
 use glam::Vec3A;
 
+use crate::math::{greater, lesser};
+
 /// Upper bounds of a density field over the cells of a coarse grid.
 #[derive(Clone, Debug)]
 pub(super) struct MajorantGrid {
@@ -50,24 +52,28 @@ impl MajorantGrid {
         self.max
     }
 
+    /// The part of (0, `t_max`) in which the ray o + t d is inside the domain.
+    #[inline]
+    fn clip(&self, o: Vec3A, inverse_d: Vec3A, t_max: f32) -> Option<[f32; 2]> {
+        let begin = Vec3A::splat(BEGIN);
+        let (t_lo, t_hi) = ((begin - o) * inverse_d, (self.end - o) * inverse_d);
+        // Along an axis of no motion the ray is inside for ever or never.
+        let moves = inverse_d.abs().cmplt(Vec3A::INFINITY);
+        let stays = o.cmpge(begin) & o.cmple(self.end);
+        let near = Vec3A::select(moves, t_lo.min(t_hi), Vec3A::ZERO);
+        let far = Vec3A::select(moves, t_lo.max(t_hi), Vec3A::INFINITY);
+        let t0 = greater(near.max_element(), 0.0);
+        let t1 = lesser(far.min_element(), t_max);
+        (t0 < t1 && (moves | stays).all()).then_some([t0, t1])
+    }
+
     /// Walks the cells that the ray o + t d, t in (0, `t_max`), passes through.
     #[inline]
     pub(super) fn walk(&self, o: Vec3A, d: Vec3A, t_max: f32) -> Walk<'_> {
-        // Clip to the domain. Along an axis of no motion the ray is inside for ever or never.
         let inverse_d = d.recip();
-        let (t_lo, t_hi) = ((BEGIN - o) * inverse_d, (self.end - o) * inverse_d);
-        let (mut t0, mut t1) = (0.0f32, t_max);
-        for axis in 0..3 {
-            if inverse_d[axis].is_finite() {
-                t0 = t0.max(t_lo[axis].min(t_hi[axis]));
-                t1 = t1.min(t_lo[axis].max(t_hi[axis]));
-            } else if !(BEGIN..=self.end[axis]).contains(&o[axis]) {
-                return Walk::nowhere(self);
-            }
-        }
-        if !(t0 < t1) {
+        let Some([t0, t1]) = self.clip(o, inverse_d, t_max) else {
             return Walk::nowhere(self);
-        }
+        };
         let mut walk = Walk {
             t: t0,
             t_end: t1,
@@ -151,7 +157,7 @@ impl Iterator for Walk<'_> {
     type Item = Segment;
 
     /// The next stretch with density in it, longer than nothing.
-    #[inline]
+    #[inline(always)]
     fn next(&mut self) -> Option<Segment> {
         while !self.done {
             let [bx, by, bz] = self.t_border;
@@ -163,7 +169,7 @@ impl Iterator for Walk<'_> {
                 2
             };
             let majorant = self.grid.cells[self.index as usize];
-            let (t0, t1) = (self.t, self.t_border[axis].min(self.t_end));
+            let (t0, t1) = (self.t, lesser(self.t_border[axis], self.t_end));
             self.steps_left[axis] -= 1;
             if self.t_border[axis] >= self.t_end || self.steps_left[axis] == 0 {
                 // The last cell lasts to the end, whatever rounding made of its border.
