@@ -1,7 +1,9 @@
 //! Pictures of one scene with several seeds, and whether they agree with a converged one.
 //!
-//! The noise is measured, not assumed: the spread of a block's mean over the seeds gives its standard error s. The
-//! reference has noise too: if one of its samples varies as ours do, its variance is s² · (our samples per pixel) / (its
+//! The noise is measured, not assumed: the spread over the seeds gives standard errors s. That of one block's mean is known
+//! badly from few seeds; it is taken from the spreads of the block's pixels, of which there are many, times one factor
+//! for the picture by which the means of blocks spread more than pixels of their own noise would make them: filters
+//! reach over several. The reference has noise too: if one of its samples varies as ours do, its variance is s² · (our samples per pixel) / (its
 //! samples per pixel). The two add up, and a block may be off by `BLOCK_SIGMAS` of the sum's root plus `HALF_FLOAT` of
 //! its value, by which the reference is rounded. The whole picture's mean may be off by `MEAN_TOLERANCE` plus four
 //! standard errors.
@@ -17,7 +19,8 @@ use tyndall::render::{Unwatched, render};
 
 /// Side of a block in pixels.
 pub(crate) const BLOCK: usize = 16;
-/// Standard errors within which a block agrees. The errors come from few seeds, whence more than the usual four.
+/// Standard errors within which a block agrees. There are hundreds of blocks in a picture, some noise has a long tail, and
+/// pixels are ratios of two sums over a filter, which few samples shift at edges: whence more than the usual four.
 const BLOCK_SIGMAS: f64 = 7.0;
 /// Half of the spacing of 11-bit significands, and as much again for what the film rounds.
 const HALF_FLOAT: f64 = 1e-3;
@@ -112,6 +115,32 @@ pub(crate) fn read_reference(file: &Path) -> Image {
         .image
 }
 
+/// The blocks of a picture, row by row.
+fn blocks(image: &Image) -> Vec<PixelRect> {
+    let (width, height) = (image.width(), image.height());
+    let block = |x: usize, y: usize| PixelRect {
+        x0: x as i32,
+        y0: y as i32,
+        width: BLOCK.min(width - x),
+        height: BLOCK.min(height - y),
+    };
+    (0..height)
+        .step_by(BLOCK)
+        .flat_map(|y| (0..width).step_by(BLOCK).map(move |x| block(x, y)))
+        .collect()
+}
+
+/// The pixels of a rectangle, each as one.
+fn pixels(rect: PixelRect) -> impl Iterator<Item = PixelRect> {
+    let (width, height) = (rect.width as i32, rect.height as i32);
+    (0..width * height).map(move |i| PixelRect {
+        x0: rect.x0 + i % width,
+        y0: rect.y0 + i / width,
+        width: 1,
+        height: 1,
+    })
+}
+
 /// Mean of a channel over a rectangle.
 fn mean(image: &Image, rect: PixelRect, channel: usize) -> f64 {
     let mut sum = 0.0;
@@ -142,42 +171,49 @@ impl Renders {
             "pictures of one size"
         );
         let reference_share = (self.spp / self.reference_spp).sqrt();
-        let compare = |rect: PixelRect, channel: usize| {
-            let means: Vec<f64> = self
-                .pictures
-                .iter()
-                .map(|picture| mean(picture, rect, channel))
-                .collect();
-            let (ours, error) = spread(&means);
-            let theirs = mean(reference, rect, channel);
-            (ours, theirs, error * 1f64.hypot(reference_share))
-        };
+        let blocks = blocks(first);
         let mut found = Vec::new();
         for channel in 0..3 {
-            let (ours, theirs, error) = compare(first.bounds(), channel);
+            let over_seeds = |rect: PixelRect| {
+                let means: Vec<f64> = self
+                    .pictures
+                    .iter()
+                    .map(|picture| mean(picture, rect, channel))
+                    .collect();
+                spread(&means)
+            };
+            let (ours, error) = over_seeds(first.bounds());
+            let theirs = mean(reference, first.bounds(), channel);
+            let error = error * 1f64.hypot(reference_share);
             println!("channel {channel}: {ours} ± {error:.1e}, reference {theirs}");
             if (ours - theirs).abs() > MEAN_TOLERANCE * theirs.abs() + 4.0 * error {
                 found.push(format!(
                     "mean {channel}: {ours} ± {error:.1e} is not {theirs}"
                 ));
             }
+
+            let of_blocks: Vec<(f64, f64)> = blocks.iter().map(|&rect| over_seeds(rect)).collect();
+            let by_pixels: Vec<f64> = blocks
+                .iter()
+                .map(|&rect| {
+                    let pixels = pixels(rect).map(|pixel| over_seeds(pixel).1.powi(2));
+                    pixels.sum::<f64>() / (rect.width * rect.height).pow(2) as f64
+                })
+                .collect();
+            let together: f64 = of_blocks.iter().map(|(_, error)| error.powi(2)).sum();
+            let factor = together / by_pixels.iter().sum::<f64>();
             let mut worst = 0f64;
-            for y in (0..first.height()).step_by(BLOCK) {
-                for x in (0..first.width()).step_by(BLOCK) {
-                    let rect = PixelRect {
-                        x0: x as i32,
-                        y0: y as i32,
-                        width: BLOCK.min(first.width() - x),
-                        height: BLOCK.min(first.height() - y),
-                    };
-                    let (ours, theirs, error) = compare(rect, channel);
-                    let excess = (ours - theirs).abs() - HALF_FLOAT * theirs.abs();
-                    worst = worst.max(excess / error);
-                    if excess.is_nan() || excess > BLOCK_SIGMAS * error {
-                        found.push(format!(
-                            "block ({x}, {y}), channel {channel}: {ours} ± {error:.1e} is not {theirs}"
-                        ));
-                    }
+            for ((&rect, (ours, _)), by_pixels) in blocks.iter().zip(of_blocks).zip(by_pixels) {
+                let theirs = mean(reference, rect, channel);
+                // Without any noise the factor is 0 / 0, and so is what it multiplies.
+                let error = (by_pixels * factor).max(0.0).sqrt() * 1f64.hypot(reference_share);
+                let excess = (ours - theirs).abs() - HALF_FLOAT * theirs.abs();
+                worst = worst.max(excess / error);
+                if excess.is_nan() || excess > BLOCK_SIGMAS * error {
+                    let [x, y] = [rect.x0, rect.y0];
+                    found.push(format!(
+                        "block ({x}, {y}), channel {channel}: {ours} ± {error:.1e} is not {theirs}"
+                    ));
                 }
             }
             println!("channel {channel}: the worst block is {worst:.1} sigma off");
