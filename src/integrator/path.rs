@@ -277,9 +277,11 @@ impl<O: Observer> State<'_, O> {
         let w = self.ray.d;
         let le = match self.origin {
             Origin::Certain => self.world.environment(w),
-            Origin::Drawn { at, pdf_w } => self.world.environment_weighted(&at, w, |pdf_light| {
-                Heuristic::Balance.weight(pdf_w, pdf_light)
-            }),
+            Origin::Drawn { at, pdf_w } => {
+                let heuristic = self.world.environment_heuristic();
+                self.world
+                    .environment_weighted(&at, w, |pdf_light| heuristic.weight(pdf_w, pdf_light))
+            }
             Origin::Hidden => return,
         };
         self.find(LightId::NONE, le, 1.0);
@@ -493,10 +495,8 @@ impl<O: Observer> State<'_, O> {
                 MediumId::NONE
             }
         };
-        // Where a medium may have no end, light that is drawn and light that is found are not the same, and a picture depends
-        // on how they are weighed: as in pbrt-v3.
-        let has_end = |medium: MediumId| !medium.is_some() || world.is_bounded(medium);
-        let is_endless = VOLUMETRIC && !(has_end(self.medium) && has_end(world.camera_medium()));
+        // Where a medium may have no end, pictures depend on the densities of light: they are pbrt-v3's.
+        let is_endless = VOLUMETRIC && world.facts().has_endless_media;
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         let at = Receiver {
             p: surface.p,

@@ -62,13 +62,23 @@ impl LightSample {
 }
 
 impl World {
-    /// How a light is shared between its own samples and directions that find it. Samples of skies make up for what
-    /// directions miss (see `light/environment.rs`), by densities that add up.
+    /// How a light is shared between its own samples and directions that find it.
     #[inline]
     pub fn heuristic(&self, light: LightId) -> Heuristic {
         match self.light(light) {
-            Light::Infinite(_) => Heuristic::Balance,
+            Light::Infinite(_) => self.environment_heuristic(),
             _ => Heuristic::Power,
+        }
+    }
+
+    /// The same for lights at infinity. Samples of skies make up for what directions miss (see `light/environment.rs`), by
+    /// densities that add up; where media have no end, pictures are as pbrt-v3 weighs them.
+    #[inline]
+    pub fn environment_heuristic(&self) -> Heuristic {
+        if self.facts().has_endless_media {
+            Heuristic::Power
+        } else {
+            Heuristic::Balance
         }
     }
 
@@ -190,7 +200,7 @@ impl World {
                     radiance: sample.radiance,
                     pdf: sample.pdf_w * pmf,
                     is_delta: false,
-                    heuristic: Heuristic::Balance,
+                    heuristic: self.environment_heuristic(),
                     p: Point3::ZERO,
                     ng: Normal3::ZERO,
                     shadow: Segment::to_infinity(at, wi),
