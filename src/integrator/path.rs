@@ -113,7 +113,7 @@ impl Path {
         };
         let mut differential = differential;
         let mut crossings = 0;
-        // The first flight in a medium is drawn by the sampler, at the same place among its numbers for all paths.
+        // The first flight in a medium that scatters is drawn by the sampler, at the same place among its numbers for all paths.
         let has_media = VOLUMETRIC && world.facts().has_media;
         let mut first_depth = has_media.then(|| state.sampler.get_exponential());
         loop {
@@ -138,7 +138,7 @@ impl Path {
                 {
                     state.light_fog(fog, hit.as_ref());
                 }
-                let depth = first_depth.take();
+                let depth = first_depth.take_if(|_| medium.scatters());
                 // Where it will not scatter any more, there is nothing to throw dice for.
                 let event = if state.bounces >= self.max_depth {
                     let weight = medium.transmittance(&state.ray, t_max, &mut state.rng);
@@ -629,9 +629,10 @@ mod tests {
     use crate::integrator::trace::Unobserved;
     use crate::light::{InfiniteLight, Light};
     use crate::math::{Point3, Transform};
+    use crate::medium::{Homogeneous, Medium};
     use crate::shape::quadric::{Form, Sphere};
     use crate::shape::{Quadric, Shape};
-    use crate::world::{Cutout, Geometry, WorldParts};
+    use crate::world::{Cutout, Geometry, MediumInterface, WorldParts};
 
     #[test]
     fn v19_nested_null_surfaces_are_passed_as_often_as_they_are_met() {
@@ -675,5 +676,66 @@ mod tests {
             &mut Unobserved,
         );
         assert_eq!((radiance, counters.stuck_paths), (Rgb::ONE, 0));
+    }
+
+    #[test]
+    fn flights_behind_what_only_absorbs_are_as_even_as_first_ones() {
+        let (absorber, scatterer) = (MediumId::new(0), MediumId::new(1));
+        let sphere = Sphere::new(1.0, -1.0, 1.0, std::f64::consts::TAU);
+        let homogeneous = |sigma_a: f32, sigma_s: f32| {
+            Medium::Homogeneous(Homogeneous::new(
+                Rgb::splat(sigma_a),
+                Rgb::splat(sigma_s),
+                HenyeyGreenstein { g: 0.0 },
+            ))
+        };
+        let world = World::new(WorldParts {
+            geometries: vec![Geometry {
+                shape: Shape::Quadric(Quadric::new(
+                    Form::Sphere(sphere),
+                    Transform::IDENTITY,
+                    false,
+                )),
+                material: MaterialId::NONE,
+                media: Some(MediumInterface {
+                    inside: scatterer,
+                    outside: absorber,
+                }),
+                cutout: Cutout::default(),
+                first_light: LightId::NONE,
+                object: ObjectId::NONE,
+            }],
+            media: vec![homogeneous(0.1, 0.0), homogeneous(0.0, 0.5)],
+            camera_medium: absorber,
+            ..WorldParts::default()
+        });
+        let path = Path {
+            max_depth: 1,
+            rr_threshold: 0.0,
+        };
+        let ray = Ray {
+            o: Point3::new(0.0, 0.0, -3.0),
+            d: Vec3::new(0.0, 0.0, 1.0),
+            time: 0.0,
+        };
+        let n = 1024;
+        let expected = n as f64 * (1.0 - (-1f64).exp());
+        for pixel in 0..8 {
+            let mut counters = Counters::default();
+            for sample in 0..n {
+                let mut sampler = Sampler::new(0, [pixel, 0], sample);
+                path.li::<true, _>(
+                    &world,
+                    ray,
+                    None,
+                    &mut sampler,
+                    &mut counters,
+                    &mut Unobserved,
+                );
+            }
+            // By chance it would be 15 off.
+            let off = (counters.medium_scatterings as f64 - expected).abs();
+            assert!(off <= 2.0, "pixel {pixel}: {off} off");
+        }
     }
 }

@@ -103,11 +103,15 @@ impl Homogeneous {
     }
 }
 
+/// Extinction whose products with chances might underflow: 2⁻⁸⁰.
+const NEARLY_CLEAR: f32 = 1.0 / (1u128 << 80) as f32;
+
 /// A flight whose length, in columns of density, is drawn by the extinction of one channel and weighed by all of them (the
 /// balance heuristic over channels; pbrt 3rd ed., section 15.2.1).
 pub(super) struct ColumnFlight {
     /// Chances of the channels.
     q: Rgb,
+    /// Coefficients that weights are quotients of, in units in which they do not underflow.
     sigma_t: Rgb,
     sigma_s: Rgb,
     /// Relative to the channel of least extinction, so that nothing underflows in thick media.
@@ -136,13 +140,22 @@ impl ColumnFlight {
             2
         };
         let depth = depth.unwrap_or_else(|| rng.exponential());
+        let scale = if sigma_t.max_component() < NEARLY_CLEAR {
+            NEARLY_CLEAR.recip()
+        } else {
+            1.0
+        };
         Self {
             q,
-            sigma_t,
-            sigma_s,
+            sigma_t: sigma_t * scale,
+            sigma_s: sigma_s * scale,
             excess: sigma_t - Rgb::splat(sigma_t.min_component()),
-            // No extinction in that channel: the flight never ends.
-            limit: f64::from(depth) / f64::from(sigma_t[channel]),
+            limit: if sigma_t[channel] > 0.0 {
+                f64::from(depth) / f64::from(sigma_t[channel])
+            } else {
+                // No extinction in that channel: the flight never ends, whatever its depth.
+                f64::INFINITY
+            },
         }
     }
 
@@ -156,7 +169,7 @@ impl ColumnFlight {
     #[inline]
     pub(super) fn scatter(&self, column: f32) -> Rgb {
         let tr = beer_lambert(self.excess, column);
-        self.sigma_s * tr * (1.0 / dot(self.q, self.sigma_t * tr))
+        self.sigma_s * tr / dot(self.q, self.sigma_t * tr)
     }
 
     /// Weight of a path that leaves the medium behind that column.

@@ -22,6 +22,9 @@ pub(super) struct Lattice {
 /// Most values along an axis: places between them are numbers of f32.
 pub const MAX_VOXELS: usize = 1 << 22;
 
+/// Largest density: rounding in bounds and interpolation does not overflow.
+const LARGEST: f32 = f32::MAX * (1.0 - 32.0 * f32::EPSILON);
+
 /// Part of the way to the next lattice points that bounds reach beyond what they are for.
 const MARGIN: f32 = 0.25;
 
@@ -138,13 +141,25 @@ impl Lattice {
         for (row, line) in values.chunks_exact(n[0]).enumerate() {
             let (y, z) = (row % n[1], row / n[1]);
             let start = ((z + 1) * py + y + 1) * px + 1;
-            padded[start..start + n[0]].copy_from_slice(line);
+            for (padded, &value) in padded[start..start + n[0]].iter_mut().zip(line) {
+                *padded = value.min(LARGEST);
+            }
         }
         Self {
             padded,
             strides: [px, px * py],
             n: Vec3A::from(n.map(|n| n as f32)),
         }
+    }
+
+    /// Number of values along each axis.
+    pub(super) fn size(&self) -> Vec3A {
+        self.n
+    }
+
+    /// Corners of the cells' box.
+    pub(super) fn extent(&self) -> [Vec3A; 2] {
+        [Vec3A::splat(0.5), self.n + 0.5]
     }
 
     /// An upper bound of the density between the lattice points `lo..=hi`, and nearly so up to a quarter of a cube beyond,
@@ -211,7 +226,7 @@ impl Lattice {
         f64::from(2.0 * half * greater(mean, 0.0))
     }
 
-    /// Goes on to `t1`, adding the density to `column`, but no further than to the stretch in which that reaches `limit`:
+    /// Goes on to `t1`, adding the density to `column`, but no further than to the stretch in which that exceeds `limit`:
     /// the stretch, which is not added, if it does.
     #[inline]
     pub(super) fn integrate(
@@ -225,7 +240,8 @@ impl Lattice {
         while march.t < t1 {
             let piece = march.next(ray, self.n, t1);
             let longer = *column + self.column(ray, &piece);
-            if longer >= limit && limit < f64::INFINITY {
+            // Nothing is reached where there is nothing, not even 0. Infinity is not exceeded.
+            if longer > limit {
                 return Some(piece);
             }
             *column = longer;

@@ -21,6 +21,8 @@ pub(super) struct MajorantGrid {
 
 /// Edge length of a cell in cubes between lattice points.
 const CELL: usize = 4;
+/// Longest way through the domain.
+const LONGEST: f32 = 0.5 * f32::MAX;
 /// Smallest place of the domain.
 const BEGIN: f32 = 0.5;
 
@@ -52,7 +54,7 @@ impl MajorantGrid {
         self.max
     }
 
-    /// The part of (0, `t_max`) in which the ray o + t d is inside the domain.
+    /// The part of (0, `t_max`) in which the ray o + t d is inside the domain; always finite.
     #[inline]
     fn clip(&self, o: Vec3A, inverse_d: Vec3A, t_max: f32) -> Option<[f32; 2]> {
         let begin = Vec3A::splat(BEGIN);
@@ -63,7 +65,8 @@ impl MajorantGrid {
         let near = Vec3A::select(moves, t_lo.min(t_hi), Vec3A::ZERO);
         let far = Vec3A::select(moves, t_lo.max(t_hi), Vec3A::INFINITY);
         let t0 = greater(near.max_element(), 0.0);
-        let t1 = lesser(far.min_element(), t_max);
+        // Rays too slow to leave stay for a length of which places can be told.
+        let t1 = lesser(far.min_element(), lesser(t_max, LONGEST));
         (t0 < t1 && (moves | stays).all()).then_some([t0, t1])
     }
 

@@ -60,6 +60,15 @@ impl Medium {
         }
     }
 
+    /// Whether it scatters anywhere: if not, no dice are thrown in it.
+    #[inline]
+    pub fn scatters(&self) -> bool {
+        match self {
+            Self::Homogeneous(medium) => medium.scatters(),
+            Self::Grid(medium) => medium.scatters(),
+        }
+    }
+
     /// Whether it is the same everywhere, and scatters.
     pub fn is_fog(&self) -> bool {
         matches!(self, Self::Homogeneous(medium) if medium.scatters())
@@ -106,3 +115,6 @@ fn channel_weights(beta: Rgb) -> Rgb {
         Rgb::splat(1.0 / 3.0)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -131,7 +131,7 @@ impl Sampler {
         bits as f64 * (0.5 / (1u64 << 52) as f64)
     }
 
-    /// The next dimension as an exponential variate of mean 1, in (0, 45).
+    /// The next dimension as an exponential variate of mean 1, in [0, 45.1): rounding makes one in 2²⁵ of them 0.
     #[inline]
     pub fn get_exponential(&mut self) -> f32 {
         let bits = (self.get_1d_fine() * (1u64 << 53) as f64) as u64;

@@ -65,6 +65,18 @@ fn depths_are_exponential_and_as_even_as_the_numbers_behind_them() {
 }
 
 #[test]
+fn depths_are_at_least_nothing_and_end_at_45() {
+    // The first and the last of the 53-bit numbers, and what is next to them.
+    let last = (1u64 << 53) - 1;
+    let depth = |fine: u64| exponential_from_bits(fine << 11);
+    assert_eq!(depth(last), 0.0);
+    assert!((45.0..45.1).contains(&depth(0)) && depth(1) < 36.8);
+    // What rounds to a whole: one in 2²⁵.
+    let first = (1u64 << 53) - (1 << 28);
+    assert!(depth(first) == 0.0 && depth(first - 1) > 0.0);
+}
+
+#[test]
 fn fine_numbers_refine_the_coarse_ones() {
     for (sample, kind) in (0..1000).zip(KINDS.iter().cycle()) {
         let sampler = Sampler::of_kind(*kind, 3, [5, 6], sample);
