@@ -496,7 +496,8 @@ impl<O: Observer> State<'_, O> {
             }
         };
         // Where a medium may have no end, pictures depend on the densities of light: they are pbrt-v3's.
-        let is_endless = VOLUMETRIC && world.facts().has_endless_media;
+        let has_end = |medium: MediumId| !medium.is_some() || world.is_bounded(medium);
+        let is_endless = VOLUMETRIC && !(has_end(self.medium) && has_end(world.camera_medium()));
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         let at = Receiver {
             p: surface.p,

@@ -72,10 +72,11 @@ impl World {
     }
 
     /// The same for lights at infinity. Samples of skies make up for what directions miss (see `light/environment.rs`), by
-    /// densities that add up; where media have no end, pictures are as pbrt-v3 weighs them.
+    /// densities that add up. In a medium without end, as is around the camera, light that is drawn at infinity and light
+    /// that is found there are not the same: pictures are as pbrt-v3 weighs them.
     #[inline]
     pub fn environment_heuristic(&self) -> Heuristic {
-        if self.facts().has_endless_media {
+        if self.camera_medium.is_some() {
             Heuristic::Power
         } else {
             Heuristic::Balance

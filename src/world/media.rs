@@ -200,7 +200,7 @@ mod tests {
     use crate::world::{Cutout, Geometry, Receiver, WorldParts};
 
     #[test]
-    fn skies_are_weighed_as_in_pbrt_where_a_medium_may_have_no_end() {
+    fn skies_are_weighed_as_in_pbrt_where_the_camera_is_in_a_medium() {
         let fog = || {
             let phase = HenyeyGreenstein { g: 0.0 };
             Medium::Homogeneous(Homogeneous::new(Rgb::ONE, Rgb::ONE, phase))

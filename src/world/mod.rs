@@ -86,9 +86,6 @@ pub struct Facts {
     pub has_motion: bool,
     /// Some light is a point, and some homogeneous medium scatters.
     pub has_points_in_fog: bool,
-    /// Some medium may have no end: light that is drawn at infinity and light that is found there are not the same then,
-    /// and a picture depends on how they are weighed.
-    pub has_endless_media: bool,
 }
 
 /// Parts of a world, ready to be frozen.
@@ -205,7 +202,6 @@ impl World {
                 .any(|i| !i.render_from_object.is_still()),
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
-            has_endless_media: bounded_media.contains(&false),
         };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
