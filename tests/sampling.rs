@@ -3,8 +3,9 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec3};
+use tyndall::ids::VeilId;
 use tyndall::image::Image;
-use tyndall::light::{InfiniteLight, LightChoice};
+use tyndall::light::{InfiniteLight, LightChoice, Wanted};
 use tyndall::math::{Frame, Normal3, Point3, Ray, Transform, Vec3};
 use tyndall::sampling::warp::{
     UNIFORM_SPHERE_PDF, concentric_disk, cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere,
@@ -638,37 +639,42 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
         DMat3::from_diagonal(DVec3::splat(1e-9)),
     ];
     let maps = [map(smooth), map(one_bright_texel), map(dark_half)];
-    // Without a normal, and with some.
-    let normals = [
-        [0.0; 3],
-        [0.0, 0.0, 1.0],
-        [-0.6, 0.0, -0.8],
-        [0.3, -0.9, 0.1],
+    let facing = |x, y, z| Wanted::Facing(Normal3::new(x, y, z).normalize());
+    let all_wanted = [
+        Wanted::All,
+        facing(0.0, 0.0, 1.0),
+        facing(-0.6, 0.0, -0.8),
+        facing(0.3, -0.9, 0.1),
+        Wanted::Behind(VeilId::new(0)),
+        Wanted::Behind(VeilId::new(1)),
     ];
+    // One veil lets through what comes from a side, the other the more the higher it stands.
+    let transmittances = |w: Vec3| vec![f32::from(w.x() > 0.3), 0.5 + 0.5 * w.z()];
     let family = Chi2 {
-        n_tests: transforms.len() * maps.len() * normals.len(),
+        n_tests: transforms.len() * maps.len() * all_wanted.len(),
         ..Chi2::default()
     };
     for map in &maps {
-        for (m, [x, y, z]) in transforms.into_iter().flat_map(|m| normals.map(|n| (m, n))) {
-            let facing = Normal3::new(x, y, z);
-            let facing = if facing == Normal3::ZERO {
-                facing
-            } else {
-                facing.normalize()
-            };
-            let light = InfiniteLight::with_map(Rgb::ONE, map.clone(), m, true).expect("a light");
+        for (m, wanted) in transforms
+            .into_iter()
+            .flat_map(|m| all_wanted.map(|w| (m, w)))
+        {
+            let mut light =
+                InfiniteLight::with_map(Rgb::ONE, map.clone(), m, true).expect("a light");
+            if matches!(wanted, Wanted::Behind(_)) {
+                light.heed_veils(transmittances);
+            }
             let size = m.determinant().abs().cbrt();
             let m = m * (1.0 / size);
             let inverse = m.inverse();
             // Latitude and longitude in light space: the map's own square.
             let mut n_other = 0;
             let draw = |u: &mut Uniform| {
-                let sample = light.sample(u.unit2(), facing)?;
+                let sample = light.sample(u.unit2(), wanted)?;
                 let w = (inverse * sample.wi.to_f64()).normalize();
                 let s = w.y.atan2(w.x).rem_euclid(TAU) / TAU;
                 let t = w.truncate().length().atan2(w.z) / PI;
-                let ratio = light.pdf_w(sample.wi, facing) / sample.pdf_w;
+                let ratio = light.pdf_w(sample.wi, wanted) / sample.pdf_w;
                 n_other += usize::from(!(0.99..1.01).contains(&ratio));
                 Some([below_one(s), below_one(t)])
             };
@@ -680,7 +686,7 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
                 let w = Vec3::from_f64(stretched.normalize());
                 // A map of directions spreads solid angle by |det| / |M w|³.
                 let spread = m.determinant().abs() / stretched.length().powi(3);
-                f64::from(light.pdf_w(w, facing)) * spread * 2.0 * PI * PI * sin
+                f64::from(light.pdf_w(w, wanted)) * spread * 2.0 * PI * PI * sin
             };
             family
                 .check(Square, draw, pdf)
@@ -691,11 +697,11 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
             for _ in 0..5000 {
                 let w = uniform_sphere(random.unit2());
                 assert!(
-                    light.le(w).is_black() || light.pdf_w(w, facing) > 0.0,
+                    light.le(w).is_black() || light.pdf_w(w, wanted) > 0.0,
                     "light without density"
                 );
             }
-            for sample in ends().filter_map(|u| light.sample(u, facing)) {
+            for sample in ends().filter_map(|u| light.sample(u, wanted)) {
                 assert_unit(sample.wi, "environment");
                 assert!(
                     sample.pdf_w > 0.0 && sample.pdf_w.is_finite() && sample.radiance.is_finite()
@@ -715,14 +721,40 @@ fn an_environment_that_heeds_no_normals_draws_for_all_light_alike() {
         let mut random = Uniform::new(8);
         (0..100).any(|_| {
             let u = random.unit2();
-            let drawn = |facing| light.sample(u, facing).map(|s| (s.wi, s.pdf_w));
+            let drawn = |wanted| light.sample(u, wanted).map(|s| (s.wi, s.pdf_w));
             let w = uniform_sphere(random.unit2());
-            let up = Normal3::new(0.0, 0.0, 1.0);
-            drawn(up) != drawn(Normal3::ZERO) || light.pdf_w(w, up) != light.pdf_w(w, Normal3::ZERO)
+            let up = Wanted::Facing(Normal3::new(0.0, 0.0, 1.0));
+            drawn(up) != drawn(Wanted::All) || light.pdf_w(w, up) != light.pdf_w(w, Wanted::All)
         })
     };
     assert!(differ(&light(true)));
     assert!(!differ(&light(false)));
+}
+
+#[test]
+fn a_veil_asks_for_what_it_lets_through() {
+    let mut light =
+        InfiniteLight::with_map(Rgb::ONE, map(smooth), DMat3::from_rotation_y(0.8), false)
+            .expect("a light");
+    let share_of_upper_half = |light: &InfiniteLight, wanted| {
+        let mut random = Uniform::new(4);
+        let n = 10_000;
+        let drawn = (0..n).filter_map(|_| light.sample(random.unit2(), wanted));
+        drawn.filter(|sample| sample.wi.z() > 0.0).count() as f64 / f64::from(n)
+    };
+    let all = share_of_upper_half(&light, Wanted::All);
+    light.heed_veils(|w| vec![f32::from(w.z() > 0.0), f32::from(w.z() < 0.0), 1.0]);
+    let behind = |veil| share_of_upper_half(&light, Wanted::Behind(VeilId::new(veil)));
+    assert!(
+        behind(0) > 0.85 && behind(1) < 0.15,
+        "{} {}",
+        behind(0),
+        behind(1)
+    );
+    // One that lets through all light alike, and none, change nothing.
+    assert!((behind(2) - all).abs() < 0.02, "{} {all}", behind(2));
+    let unveiled = share_of_upper_half(&light, Wanted::All);
+    assert!((unveiled - all).abs() < 0.02, "{unveiled} {all}");
 }
 
 #[test]
@@ -759,7 +791,7 @@ fn the_integral_of_radiance_over_density_is_the_maps() {
     let mut random = Uniform::new(6);
     let drawn = tyndall_test_support::z_test::Mean::of(200_000, || {
         let sample = light
-            .sample(random.unit2(), Normal3::ZERO)
+            .sample(random.unit2(), Wanted::All)
             .expect("a bright map");
         f64::from(sample.radiance.g()) / f64::from(sample.pdf_w)
     });

@@ -25,8 +25,8 @@ use crate::integrator::Counters;
 use crate::integrator::direct_light::{LitPoint, OneLightNumbers};
 use crate::integrator::footprint::{after_specular, texture_context};
 use crate::integrator::visible::nearest_visible;
-use crate::light::Light;
-use crate::math::{Normal3, Ray};
+use crate::light::{Light, Wanted};
+use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::scatter::bsdf::MAX_SPECULAR_PARTS;
 use crate::scatter::{Bsdf, SpecularPart, TransportMode};
@@ -150,7 +150,7 @@ impl State<'_> {
         match lights {
             LightSampling::Each => {
                 let at = Receiver {
-                    facing: Normal3::ZERO,
+                    wanted: Wanted::All,
                     ..point.at
                 };
                 for light in ids() {

@@ -3,6 +3,7 @@
 
 use crate::ids::LightId;
 use crate::integrator::Counters;
+use crate::light::Wanted;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::scatter::{Bsdf, Seen, TransportMode};
@@ -45,7 +46,7 @@ impl<'a> LitPoint<'a> {
                 p: surface.p,
                 p_err: surface.p_err,
                 ng: surface.ng,
-                facing: bsdf.facing(-ray.d),
+                wanted: bsdf.facing(-ray.d).map_or(Wanted::All, Wanted::Facing),
                 time: ray.time,
             },
             bsdf,
@@ -147,7 +148,7 @@ fn light_along(
         counters.rays += 1;
         let Some(hit) = world.closest(&ray, f32::INFINITY) else {
             for (id, infinite) in world.infinite_lights() {
-                let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.facing);
+                let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.wanted);
                 light += le * weight(id, pdf_w);
             }
             return light;
@@ -203,7 +204,7 @@ mod tests {
             p: Point3::ZERO,
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
-            facing: Normal3::ZERO,
+            wanted: Wanted::All,
             time: 0.0,
         };
         let d = Vec3::new(0.0, 0.0, 1.0);

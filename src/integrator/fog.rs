@@ -10,6 +10,7 @@
 //! to 1 whatever either choice prefers.
 
 use crate::ids::LightId;
+use crate::light::Wanted;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::medium::{Homogeneous, Medium};
 use crate::sampling::equiangular::Equiangular;
@@ -120,7 +121,7 @@ impl<'a> FogSegment<'a> {
             p: self.ray.at(t),
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
-            facing: Normal3::ZERO,
+            wanted: Wanted::All,
             time: self.ray.time,
         };
         let pdf = pmf * line.pdf(t, (position - at.p).length_squared());

@@ -95,6 +95,11 @@ impl Integrator {
         )
     }
 
+    /// Whether light is drawn for points in media, by what comes through to them.
+    pub fn asks_within_media(&self) -> bool {
+        matches!(self, Self::VolPath(_))
+    }
+
     /// Radiance that arrives along a camera ray: of photon mapping, the part that needs no photons; of Markov chains,
     /// what they converge to. An observer changes no bit of it, and is told how it comes about if the integrator
     /// [can tell](Self::is_observable).

@@ -18,6 +18,7 @@ use crate::integrator::fog::FogSegment;
 use crate::integrator::footprint::texture_context;
 use crate::integrator::subsurface::{Entry, sample_exit};
 use crate::integrator::trace::{Event, Observer};
+use crate::light::Wanted;
 use crate::math::error::EPSILON;
 use crate::math::{Frame, Normal3, Ray, Vec3};
 use crate::medium::MediumEvent;
@@ -384,7 +385,7 @@ impl<O: Observer> State<'_, O> {
             p,
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
-            facing: Normal3::ZERO,
+            wanted: self.world.wanted_in(self.medium, p),
             time: self.ray.time,
         };
         if !phase.is_delta() {
@@ -503,10 +504,9 @@ impl<O: Observer> State<'_, O> {
             p: surface.p,
             p_err: surface.p_err,
             ng: surface.ng,
-            facing: if is_endless {
-                Normal3::ZERO
-            } else {
-                bsdf.facing(wo)
+            wanted: match bsdf.facing(wo) {
+                Some(normal) if !is_endless => Wanted::Facing(normal),
+                _ => Wanted::All,
             },
             time: self.ray.time,
         };

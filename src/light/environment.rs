@@ -4,6 +4,7 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
 
+use crate::ids::VeilId;
 use crate::image::Image;
 use crate::light::luminances::{Emphasis, Emphasised, Luminances};
 use crate::light::outline::{Outline, Outlined};
@@ -27,8 +28,9 @@ pub(super) struct EnvironmentMap {
     /// Mean of sin θ over each row of patches.
     sines: Vec<f32>,
     mean: Rgb,
+    /// Serves places behind veils as well.
     whole: Distribution,
-    /// `None` if normals are not heeded: `whole` then serves every purpose.
+    /// `None` if normals are not heeded: `whole` then serves surfaces as well.
     facing: Option<Distribution>,
 }
 
@@ -40,6 +42,8 @@ pub(super) enum Purpose {
     /// What falls on a surface of this normal, map space, that scatters to this side only and finds light by itself as
     /// well: more of what is bright, less of what is not. Nowhere is the density 0 for that.
     Facing(Vec3A),
+    /// What comes through to a place in a medium.
+    Behind(VeilId),
 }
 
 /// How directions are drawn.
@@ -128,16 +132,12 @@ impl EnvironmentMap {
             .collect();
         let luminances = Luminances::new(texels, width, &sines);
         let mean = luminances.mean();
-        let direction = |[column, row]: [f64; 2]| {
-            // Patches begin at the centres of texels.
-            let (s, t) = ((column + 0.5) / width as f64, (row + 0.5) / height as f64);
-            direction(s as f32, t as f32).0
-        };
         let distribution = |emphasis: Emphasis, heeds_normals: bool| {
             let weights = Emphasised {
                 luminances: &luminances,
                 emphasis,
             };
+            let direction = direction_of([width, height]);
             let choice = PatchChoice::new([width, height], &weights, direction, heeds_normals)?;
             Some(Distribution {
                 mean: choice.mean(),
@@ -163,6 +163,12 @@ impl EnvironmentMap {
             height,
             mean,
         })
+    }
+
+    /// Draws for places behind veils from now on: `transmittances` of a unit direction are in [0, 1], one for each veil.
+    pub(super) fn heed_veils(&mut self, transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync) {
+        let direction = direction_of([self.width, self.height]);
+        self.whole.choice.heed_veils(direction, transmittances);
     }
 
     /// Mean over the sphere.
@@ -216,14 +222,15 @@ impl EnvironmentMap {
     }
 
     #[inline]
-    fn distribution(&self, purpose: Purpose) -> (&Distribution, Vec3A) {
+    fn distribution(&self, purpose: Purpose) -> (&Distribution, Purpose) {
         match (purpose, &self.facing) {
-            (Purpose::Facing(normal), Some(facing)) => (facing, normal),
-            _ => (&self.whole, Vec3A::ZERO),
+            (Purpose::Facing(_), Some(facing)) => (facing, purpose),
+            (Purpose::Facing(_), None) => (&self.whole, Purpose::Whole),
+            (Purpose::Whole | Purpose::Behind(_), _) => (&self.whole, purpose),
         }
     }
 
-    /// The look-up on average over `bits`, and density in sr⁻¹ but for what a normal changes.
+    /// The look-up on average over `bits`, and density in sr⁻¹ but for what a receiver changes.
     #[inline]
     fn value_and_pdf(&self, place: &Place, bits: u64, distribution: &Distribution) -> (Rgb, f32) {
         let (value, pdf_st) = match distribution.choice.even_density(place.column, place.row) {
@@ -266,17 +273,17 @@ impl EnvironmentMap {
     pub(super) fn radiance_and_pdf(&self, w: Vec3A, purpose: Purpose) -> (Rgb, f32) {
         let bits = u64::from(w.x.to_bits()) << 32 | u64::from(w.y.to_bits());
         let place = self.locate(w);
-        let (distribution, normal) = self.distribution(purpose);
+        let (distribution, purpose) = self.distribution(purpose);
         let (value, pdf_w) = self.value_and_pdf(&place, bits, distribution);
-        let gain = distribution.choice.gain(place.column, place.row, normal);
+        let gain = distribution.choice.gain(place.column, place.row, purpose);
         (value, pdf_w * gain)
     }
 
     /// Draws a direction.
     #[inline]
     pub(super) fn sample(&self, u: [f32; 2], purpose: Purpose) -> Option<MapSample> {
-        let (distribution, normal) = self.distribution(purpose);
-        let (drawn, gain) = distribution.choice.sample(u, normal);
+        let (distribution, purpose) = self.distribution(purpose);
+        let (drawn, gain) = distribution.choice.sample(u, purpose);
         let (column, row, at) = match drawn {
             Drawn::Point { column, row, at } => (column, row, at),
             Drawn::Patch { column, row, u } => {
@@ -308,6 +315,15 @@ impl EnvironmentMap {
 #[inline]
 fn texels(samples: &[f32]) -> &[[f32; 3]] {
     samples.as_chunks().0
+}
+
+/// The unit direction of a place of a map of so many patches.
+fn direction_of([width, height]: [usize; 2]) -> impl Fn([f64; 2]) -> Vec3A {
+    move |[column, row]| {
+        // Patches begin at the centres of texels.
+        let (s, t) = ((column + 0.5) / width as f64, (row + 0.5) / height as f64);
+        direction(s as f32, t as f32).0
+    }
 }
 
 /// The unit direction at (`s`, `t`) of a map, which repeats downward, and the sine of its polar angle.

@@ -13,8 +13,9 @@ use std::f64::consts::PI;
 use glam::{DMat3, DVec3};
 
 use crate::image::Image;
+use crate::light::Wanted;
 use crate::light::placed_map::PlacedMap;
-use crate::math::{Normal3, Point3, Vec3};
+use crate::math::{Point3, Vec3};
 use crate::spectrum::Rgb;
 
 /// A goniometric light.
@@ -59,12 +60,12 @@ impl GoniometricLight {
 
     /// Draws a unit direction in proportion to the map; with the intensity there and the density in sr⁻¹.
     pub fn sample_direction(&self, u: [f32; 2]) -> Option<(Vec3, Rgb, f32)> {
-        let (w, value, pdf_w) = self.map.sample(u, Normal3::ZERO)?;
+        let (w, value, pdf_w) = self.map.sample(u, Wanted::All)?;
         Some((w, self.intensity * value, pdf_w))
     }
 
     /// Density of [`GoniometricLight::sample_direction`] in sr⁻¹.
     pub fn pdf_direction(&self, w: Vec3) -> f32 {
-        self.map.value_and_pdf(w, Normal3::ZERO).1
+        self.map.value_and_pdf(w, Wanted::All).1
     }
 }

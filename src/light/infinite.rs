@@ -9,8 +9,9 @@
 use glam::DMat3;
 
 use crate::image::Image;
+use crate::light::Wanted;
 use crate::light::placed_map::PlacedMap;
-use crate::math::{Normal3, Vec3};
+use crate::math::Vec3;
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use crate::spectrum::Rgb;
 
@@ -43,7 +44,7 @@ impl InfiniteLight {
 
     /// `radiance` times a map in latitude and longitude, top row first, with non-negative finite values.
     /// `render_from_map` is the invertible linear part of the light's transform. Unless the light `heeds_normals`, which
-    /// takes time and memory to prepare, [`InfiniteLight::sample`] asks for all light alike whatever it is told to face.
+    /// takes time and memory to prepare, [`InfiniteLight::sample`] takes [`Wanted::Facing`] for [`Wanted::All`].
     ///
     /// `None` for a map that is black everywhere.
     pub fn with_map(
@@ -70,24 +71,22 @@ impl InfiniteLight {
     /// An estimate of the radiance from the unit direction `w`, right on average over directions near it and nearly so in
     /// each, and the density of [`InfiniteLight::sample`] there in sr⁻¹.
     #[inline]
-    pub fn le_and_pdf(&self, w: Vec3, facing: Normal3) -> (Rgb, f32) {
+    pub fn le_and_pdf(&self, w: Vec3, wanted: Wanted) -> (Rgb, f32) {
         let Some(placed) = &self.map else {
             return (self.radiance, UNIFORM_SPHERE_PDF);
         };
-        let (value, pdf_w) = placed.value_and_pdf(w, facing);
+        let (value, pdf_w) = placed.value_and_pdf(w, wanted);
         (self.radiance * value, pdf_w)
     }
 
     /// Density of [`InfiniteLight::sample`] in sr⁻¹.
-    pub fn pdf_w(&self, w: Vec3, facing: Normal3) -> f32 {
-        self.le_and_pdf(w, facing).1
+    pub fn pdf_w(&self, w: Vec3, wanted: Wanted) -> f32 {
+        self.le_and_pdf(w, wanted).1
     }
 
-    /// Draws a direction: by the map's brightness, or uniformly where there is none. With a unit normal `facing`, for a
-    /// surface that scatters on its side only and draws directions of its own beside these: rather what falls on it, and
-    /// rather what is brighter than most. Zero asks for all light alike.
+    /// Draws a direction: by the map's brightness and what is wanted, or uniformly where there is no map.
     #[inline]
-    pub fn sample(&self, u: [f32; 2], facing: Normal3) -> Option<EnvironmentSample> {
+    pub fn sample(&self, u: [f32; 2], wanted: Wanted) -> Option<EnvironmentSample> {
         let Some(placed) = &self.map else {
             let wi = uniform_sphere(u);
             return Some(EnvironmentSample {
@@ -96,12 +95,26 @@ impl InfiniteLight {
                 pdf_w: UNIFORM_SPHERE_PDF,
             });
         };
-        let (wi, value, pdf_w) = placed.sample(u, facing)?;
+        let (wi, value, pdf_w) = placed.sample(u, wanted)?;
         Some(EnvironmentSample {
             wi,
             radiance: self.radiance * value,
             pdf_w,
         })
+    }
+
+    /// Whether its radiance varies by direction.
+    pub fn has_map(&self) -> bool {
+        self.map.is_some()
+    }
+
+    /// Draws for places behind veils from now on, addressed by [`VeilId`](crate::ids::VeilId): `transmittances` of a unit
+    /// direction of render space, toward the light, are in [0, 1], one for each veil. They need not be more than a guess:
+    /// densities follow them, pictures do not. Nothing happens without a map.
+    pub fn heed_veils(&mut self, transmittances: impl Fn(Vec3) -> Vec<f32> + Sync) {
+        if let Some(map) = &mut self.map {
+            map.heed_veils(transmittances);
+        }
     }
 
     /// Power that reaches a sphere of radius `scene_radius`.

@@ -14,7 +14,7 @@ mod regions;
 pub mod spot;
 pub mod tree;
 
-use crate::ids::GeometryId;
+use crate::ids::{GeometryId, VeilId};
 use crate::math::{Normal3, Point3, Vec3};
 use crate::sampling::alias::AliasTable;
 use crate::spectrum::Rgb;
@@ -41,6 +41,18 @@ pub enum Light {
     Infinite(Box<InfiniteLight>),
     /// A surface that emits.
     Area(AreaLight),
+}
+
+/// What is wanted of the light that surrounds a receiver: what directions are drawn for, beside its brightness.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub enum Wanted {
+    /// All of it alike.
+    All,
+    /// What falls on a surface of this unit normal that scatters on its side only and draws directions of its own beside
+    /// these: so rather, too, what is brighter than most.
+    Facing(Normal3),
+    /// What comes through to a place in a medium.
+    Behind(VeilId),
 }
 
 impl Light {

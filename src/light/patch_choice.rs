@@ -1,19 +1,19 @@
-//! Choosing a patch of a map in proportion to its weight, or to that and to the cosine with a normal, with little memory
+//! Choosing a patch of a map in proportion to its weight, or to that and to what a receiver sees of it, with little memory
 //! to look through.
 //!
 //! The patches are gathered in square *cells*, about 64 side by side. Where a cell is even, as most of a sky is, it is
 //! one constant of the density, and a point is anywhere in it; where it is not, a patch of it is chosen exactly. Light
 //! over density then exceeds its mean in an even cell by at most a factor of [`EVEN`], and the tables that are read stay
-//! in the caches nearest to the core. The cells are gathered in [`Regions`], which is where normals come in.
+//! in the caches nearest to the core. The cells are gathered in [`Regions`], which is where receivers come in.
 
 use std::ops::Range;
 
 use glam::Vec3A;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
-use crate::light::regions::{COLUMNS, ROWS, Regions};
+use crate::light::environment::Purpose;
+use crate::light::regions::{COLUMNS, DrawnRegion, LightByRegion, ROWS, Regions, pick};
 use crate::sampling::cumulative::{self, Cumulative};
-use crate::sampling::rng::ONE_MINUS_EPSILON;
 
 /// Cells side by side in a map, and on top of each other, at most.
 const CELLS: usize = 64;
@@ -25,6 +25,8 @@ const EVEN: f64 = 1.25;
 pub(super) struct PatchChoice {
     grid: Grid,
     choice: CellChoice,
+    /// Of each cell, row by row; the sum is 1.
+    weights: Vec<f32>,
     /// Row by row.
     cells: Vec<Cell>,
     /// Over the patches of the cells that are not even.
@@ -54,8 +56,8 @@ enum CellChoice {
         rows: Cumulative,
         columns: Vec<Cumulative>,
     },
-    /// By region and normal, then by its weight relative to that of all; row by row.
-    Facing { regions: Regions, weights: Vec<f32> },
+    /// By region and receiver, then by its weight.
+    ByRegion(Box<Regions>),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -158,6 +160,15 @@ impl Grid {
         ]
     }
 
+    /// The light in each region, by the weights of cells. `direction` is the unit direction of a place of the map, in patches.
+    fn light(&self, weights: &[f32], direction: impl Fn([f64; 2]) -> Vec3A) -> LightByRegion {
+        LightByRegion::new(weights.iter().enumerate().map(|(cell, &weight)| {
+            let [columns, rows] = self.extent(cell);
+            let region = self.region_of(columns.start, rows.start);
+            (region, direction(self.middle(cell)), weight)
+        }))
+    }
+
     /// The middle of a cell, in patches.
     fn middle(&self, cell: usize) -> [f64; 2] {
         self.extent(cell)
@@ -250,20 +261,14 @@ impl PatchChoice {
                 Cell::Uneven(n_tables - 1)
             })
             .collect();
+        let weights: Vec<f32> = weighed
+            .iter()
+            .map(|cell| (cell.sum / total) as f32)
+            .collect();
         let choice = if heeds_normals {
-            let weights: Vec<f32> = weighed
-                .iter()
-                .map(|cell| (cell.sum / total) as f32)
-                .collect();
-            let parts = weights.iter().enumerate().map(|(cell, &weight)| {
-                let [columns, rows] = grid.extent(cell);
-                let direction = direction(grid.middle(cell));
-                (grid.region_of(columns.start, rows.start), direction, weight)
-            });
-            CellChoice::Facing {
-                regions: Regions::new(parts),
-                weights,
-            }
+            CellChoice::ByRegion(Box::new(Regions::by_normal(
+                grid.light(&weights, direction),
+            )))
         } else {
             let sums: Vec<f64> = weighed.iter().map(|cell| cell.sum).collect();
             let rows = sums.chunks(grid.n_cells[0]);
@@ -276,11 +281,22 @@ impl PatchChoice {
         };
         Some(Self {
             choice,
+            weights,
             grid,
             cells,
             tables,
             mean,
         })
+    }
+
+    /// Draws for places behind veils from now on, by what comes through to them: see [`Regions::by_veil`].
+    pub(super) fn heed_veils(
+        &mut self,
+        direction: impl Fn([f64; 2]) -> Vec3A,
+        transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync,
+    ) {
+        let light = self.grid.light(&self.weights, direction);
+        self.choice = CellChoice::ByRegion(Box::new(Regions::by_veil(light, transmittances)));
     }
 
     /// Mean weight of a patch: what weights are divided by for the density of points in uneven cells.
@@ -289,7 +305,7 @@ impl PatchChoice {
     }
 
     /// Density of points, relative to that of uniform ones, in the cell of a patch if the cell is even. Otherwise it is
-    /// what the patch's weight says. Without a normal.
+    /// what the patch's weight says. Without a receiver.
     #[inline]
     pub(super) fn even_density(&self, column: usize, row: usize) -> Option<f32> {
         match self.cells[self.grid.cell_of(column, row)] {
@@ -298,54 +314,55 @@ impl PatchChoice {
         }
     }
 
-    /// Factor by which a normal changes the density in a patch; 1 if the choice heeds none.
+    /// Factor by which a purpose changes the density in a patch; 1 if the choice heeds none.
     #[inline]
-    pub(super) fn gain(&self, column: usize, row: usize, normal: Vec3A) -> f32 {
+    pub(super) fn gain(&self, column: usize, row: usize, purpose: Purpose) -> f32 {
         match &self.choice {
             CellChoice::Whole { .. } => 1.0,
-            CellChoice::Facing { regions, .. } => {
-                let [y, x] = self.grid.region_of(column, row);
-                regions.shares(normal).gains[y][x]
+            CellChoice::ByRegion(regions) => {
+                regions.gain(self.grid.region_of(column, row), purpose)
             }
         }
     }
 
-    /// Draws a cell: column, row, what is left of `u`, and the factor by which the normal changes its density.
+    /// Draws a cell: column, row, what is left of `u`, and the factor by which the purpose changes its density.
     #[inline]
-    fn sample_cell(&self, u: [f32; 2], normal: Vec3A) -> (usize, usize, [f32; 2], f32) {
+    fn sample_cell(&self, u: [f32; 2], purpose: Purpose) -> (usize, usize, [f32; 2], f32) {
         let grid = &self.grid;
-        let (regions, weights) = match &self.choice {
+        let regions = match &self.choice {
             CellChoice::Whole { rows, columns } => {
                 let (row, v) = rows.sample(u[1]);
                 let (column, u) = columns[row].sample(u[0]);
                 return (column, row, [u, v], 1.0);
             }
-            CellChoice::Facing { regions, weights } => (regions, weights),
+            CellChoice::ByRegion(regions) => regions,
         };
-        let shares = regions.shares(normal);
-        let (region_row, v) = pick(shares.rows, u[1]);
-        let (region_column, u) = pick(shares.regions[region_row], u[0]);
-        let gain = shares.gains[region_row][region_column];
+        let DrawnRegion {
+            row,
+            column,
+            u,
+            gain,
+        } = regions.sample(u, purpose);
 
         // Within the region: a row of cells, then a cell of it.
-        let first = [region_column * grid.span[0], region_row * grid.span[1]];
+        let first = [column * grid.span[0], row * grid.span[1]];
         let [columns, rows] =
             [0, 1].map(|axis| first[axis]..(first[axis] + grid.span[axis]).min(grid.n_cells[axis]));
         let line = |row: usize| {
             let start = row * grid.n_cells[0];
-            &weights[start + columns.start..start + columns.end]
+            &self.weights[start + columns.start..start + columns.end]
         };
-        let (row, v) = pick(rows.map(|row| line(row).iter().sum()), v);
+        let (row, v) = pick(rows.map(|row| line(row).iter().sum()), u[1]);
         let row = first[1] + row;
-        let (column, u) = pick(line(row).iter().copied(), u);
+        let (column, u) = pick(line(row).iter().copied(), u[0]);
         (first[0] + column, row, [u, v], gain)
     }
 
-    /// Draws a place, with the factor by which the normal, if the choice heeds any, changes its density.
+    /// Draws a place, with the factor by which the purpose changes its density.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2], normal: Vec3A) -> (Drawn, f32) {
+    pub(super) fn sample(&self, u: [f32; 2], purpose: Purpose) -> (Drawn, f32) {
         let grid = &self.grid;
-        let (cell_column, cell_row, [u, v], gain) = self.sample_cell(u, normal);
+        let (cell_column, cell_row, [u, v], gain) = self.sample_cell(u, purpose);
         let (left, top) = (cell_column * grid.side, cell_row * grid.side);
         let drawn = match self.cells[cell_row * grid.n_cells[0] + cell_column] {
             Cell::Even(_) => {
@@ -370,27 +387,6 @@ impl PatchChoice {
         };
         (drawn, gain)
     }
-}
-
-/// One of a few weights in proportion, by `u` in [0, 1): its index, and what is left of `u`, in [0, 1). Where there are
-/// positive weights, one of them.
-#[inline]
-fn pick(weights: impl IntoIterator<Item = f32, IntoIter: Clone>, u: f32) -> (usize, f32) {
-    let weights = weights.into_iter();
-    let total: f32 = weights.clone().sum();
-    let mut place = u * total;
-    let mut last = 0;
-    for (index, weight) in weights.enumerate() {
-        if weight > 0.0 {
-            if place < weight {
-                return (index, (place / weight).min(ONE_MINUS_EPSILON));
-            }
-            last = index;
-        }
-        place -= weight;
-    }
-    // Rounding has carried it past the end.
-    (last, ONE_MINUS_EPSILON)
 }
 
 #[cfg(test)]
@@ -456,15 +452,20 @@ mod tests {
                     .map_or(weight(x, y) / mean, f64::from)
             };
             for &normal in normals {
-                places_follow(&choice, normal, |x, y| {
-                    density(x, y) * f64::from(choice.gain(x, y, normal))
+                let purpose = Purpose::Facing(normal);
+                places_follow(&choice, purpose, |x, y| {
+                    density(x, y) * f64::from(choice.gain(x, y, purpose))
                 });
             }
         }
     }
 
     /// Fails unless `density` is that of the places drawn, relative to uniform ones.
-    fn places_follow(choice: &PatchChoice, normal: Vec3A, density: impl Fn(usize, usize) -> f64) {
+    fn places_follow(
+        choice: &PatchChoice,
+        purpose: Purpose,
+        density: impl Fn(usize, usize) -> f64,
+    ) {
         let total: f64 = (0..WIDTH * HEIGHT)
             .map(|i| density(i % WIDTH, i / WIDTH))
             .sum();
@@ -477,12 +478,12 @@ mod tests {
         let mut counts = vec![0u32; WIDTH / 10 * (HEIGHT / 10)];
         let mut rng = Rng::new(3);
         for _ in 0..n {
-            let (drawn, gain) = choice.sample(rng.uniform2(), normal);
+            let (drawn, gain) = choice.sample(rng.uniform2(), purpose);
             let (column, row, u) = match drawn {
                 Drawn::Point { column, row, at } => (column, row, at),
                 Drawn::Patch { column, row, u } => (column, row, u),
             };
-            assert_eq!(gain, choice.gain(column, row, normal));
+            assert_eq!(gain, choice.gain(column, row, purpose));
             assert!(u.iter().all(|u| (0.0..=1.0).contains(u)));
             assert!(weight(column, row) > 0.0 || choice.even_density(column, row).is_some());
             counts[row / 10 * (WIDTH / 10) + column / 10] += 1;
@@ -527,7 +528,7 @@ mod tests {
             let n_before = (0..n)
                 .filter(|_| {
                     let (Drawn::Point { column, row, .. } | Drawn::Patch { column, row, .. }, _) =
-                        choice.sample(rng.uniform2(), normal);
+                        choice.sample(rng.uniform2(), Purpose::Facing(normal));
                     around([column as f64, row as f64]).dot(normal) > 0.0
                 })
                 .count();

@@ -3,6 +3,7 @@
 use glam::{DMat3, Mat3A, Vec3A};
 
 use crate::image::Image;
+use crate::light::Wanted;
 use crate::light::environment::{EnvironmentMap, Purpose};
 use crate::math::{Normal3, Vec3};
 use crate::spectrum::Rgb;
@@ -98,30 +99,37 @@ impl PlacedMap {
 
     /// An estimate of the value in the unit direction `w`, and the density of [`PlacedMap::sample`] there in sr⁻¹.
     #[inline]
-    pub(super) fn value_and_pdf(&self, w: Vec3, facing: Normal3) -> (Rgb, f32) {
+    pub(super) fn value_and_pdf(&self, w: Vec3, wanted: Wanted) -> (Rgb, f32) {
         let in_map = self.placement.light_direction(w);
-        let (value, pdf_w) = self.map.radiance_and_pdf(in_map, self.purpose(facing));
+        let (value, pdf_w) = self.map.radiance_and_pdf(in_map, self.purpose(wanted));
         (value, pdf_w * self.placement.jacobian(in_map))
     }
 
-    /// Draws a unit direction in proportion to luminance or, with a normal, by what falls on a surface; with an estimate
+    /// Draws a unit direction in proportion to luminance, or rather what is wanted; with an estimate
     /// of the value there and the density in sr⁻¹, positive.
     #[inline]
-    pub(super) fn sample(&self, u: [f32; 2], facing: Normal3) -> Option<(Vec3, Rgb, f32)> {
-        let drawn = self.map.sample(u, self.purpose(facing))?;
+    pub(super) fn sample(&self, u: [f32; 2], wanted: Wanted) -> Option<(Vec3, Rgb, f32)> {
+        let drawn = self.map.sample(u, self.purpose(wanted))?;
         let (w, jacobian) = self.placement.render_direction(drawn.direction);
         let pdf_w = drawn.pdf_w * jacobian;
         (pdf_w > 0.0).then_some((w, drawn.radiance, pdf_w))
     }
 
-    /// What directions are sampled for: a normal of zero faces no side.
     #[inline]
-    fn purpose(&self, facing: Normal3) -> Purpose {
-        if facing == Normal3::ZERO {
-            Purpose::Whole
-        } else {
-            Purpose::Facing(self.placement.light_normal(facing))
+    fn purpose(&self, wanted: Wanted) -> Purpose {
+        match wanted {
+            Wanted::All => Purpose::Whole,
+            Wanted::Facing(normal) => Purpose::Facing(self.placement.light_normal(normal)),
+            Wanted::Behind(veil) => Purpose::Behind(veil),
         }
+    }
+
+    /// Draws for places behind veils from now on: `transmittances` of a unit direction of render space are in [0, 1], one
+    /// for each veil.
+    pub(super) fn heed_veils(&mut self, transmittances: impl Fn(Vec3) -> Vec<f32> + Sync) {
+        let placement = &self.placement;
+        self.map
+            .heed_veils(|in_map| transmittances(placement.render_direction(in_map).0));
     }
 
     /// Mean over the sphere of map space.

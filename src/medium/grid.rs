@@ -17,6 +17,7 @@ use crate::medium::homogeneous::{ColumnFlight, beer_lambert};
 pub use crate::medium::lattice::MAX_VOXELS;
 use crate::medium::lattice::{Lattice, LatticeRay, March, Piece};
 use crate::medium::majorant::{MajorantGrid, Segment};
+use crate::medium::veil::Veil;
 use crate::medium::{MediumEvent, channel_weights};
 use crate::sampling::rng::Rng;
 use crate::scatter::HenyeyGreenstein;
@@ -206,6 +207,18 @@ impl GridMedium {
     #[inline]
     pub(super) fn scatters(&self) -> bool {
         !self.sigma_s.is_black() && self.density.max() > 0.0
+    }
+
+    /// See [`Medium::veil`](crate::medium::Medium::veil).
+    pub(super) fn veil(&self, n_most: usize) -> Veil {
+        let mut voxels_from_render = self.lattice_from_render;
+        voxels_from_render.translation -= 0.5;
+        let DensityGrid { n, lattice, .. } = &self.density;
+        let sigma = self.sigma_t;
+        let mean = (sigma.r() + sigma.g() + sigma.b()) / 3.0;
+        Veil::new(*n, voxels_from_render, n_most, mean, |y, z| {
+            lattice.row(y, z)
+        })
     }
 
     #[inline]

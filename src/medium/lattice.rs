@@ -157,6 +157,13 @@ impl Lattice {
         self.n
     }
 
+    /// A row of values along x.
+    pub(super) fn row(&self, y: usize, z: usize) -> &[f32] {
+        let [row, plane] = self.strides;
+        let first = (z + 1) * plane + (y + 1) * row + 1;
+        &self.padded[first..first + self.n.x as usize]
+    }
+
     /// Corners of the cells' box.
     pub(super) fn extent(&self) -> [Vec3A; 2] {
         [Vec3A::splat(0.5), self.n + 0.5]

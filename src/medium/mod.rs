@@ -8,6 +8,7 @@ pub mod homogeneous;
 mod lattice;
 pub mod majorant;
 pub mod presets;
+mod veil;
 
 use crate::math::Ray;
 use crate::sampling::rng::Rng;
@@ -15,6 +16,7 @@ use crate::scatter::HenyeyGreenstein;
 use crate::spectrum::Rgb;
 pub use grid::{DensityGrid, GridMedium};
 pub use homogeneous::Homogeneous;
+pub use veil::{Blocks, Veil};
 
 /// A participating medium.
 #[derive(Clone, Debug)]
@@ -72,6 +74,20 @@ impl Medium {
     /// Whether it is the same everywhere, and scatters.
     pub fn is_fog(&self) -> bool {
         matches!(self, Self::Homogeneous(medium) if medium.scatters())
+    }
+
+    /// Whether it has a [`Medium::veil`].
+    pub fn veils(&self) -> bool {
+        matches!(self, Self::Grid(grid) if grid.scatters())
+    }
+
+    /// How much light comes through to places in it, where that depends on the place and light is scattered: told apart in
+    /// no more than `n_most` blocks, or in one.
+    pub fn veil(&self, n_most: usize) -> Option<Veil> {
+        match self {
+            Self::Grid(grid) if grid.scatters() => Some(grid.veil(n_most)),
+            Self::Grid(_) | Self::Homogeneous(_) => None,
+        }
     }
 
     /// Draws what happens to a path of throughput `beta` on the segment (0, `t_max`) of the ray; `t_max` may be ∞.

@@ -352,20 +352,20 @@ impl<'a> Bsdf<'a> {
         self.lobes.iter().any(|lobe| !lobe.bxdf.is_specular())
     }
 
-    /// The shading normal on the side of `wo` if lobes with a density scatter to that side only; zero otherwise, and where
+    /// The shading normal on the side of `wo` if lobes with a density scatter to that side only; `None` otherwise, and where
     /// that normal is far from the face's: lobes have values beyond its horizon, but draw no directions there.
     #[inline]
-    pub fn facing(&self, wo: Vec3) -> Normal3 {
+    pub fn facing(&self, wo: Vec3) -> Option<Normal3> {
         let reflects =
             |lobe: &Lobe| lobe.bxdf.is_specular() || matches!(lobe.bxdf.sides(), Sides::Reflection);
         if !self.lobes.iter().all(reflects) {
-            return Normal3::ZERO;
+            return None;
         }
         let n = self.frame.n;
         if n.dot(Vec3(self.ng.0)).abs() < NEAR_FACE {
-            return Normal3::ZERO;
+            return None;
         }
-        Normal3(if n.dot(wo) < 0.0 { -n.0 } else { n.0 })
+        Some(Normal3(if n.dot(wo) < 0.0 { -n.0 } else { n.0 }))
     }
 
     /// Whether any lobe is diffuse.

@@ -16,7 +16,7 @@ use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 
 use crate::ids::{LightId, MediumId};
-use crate::light::{AreaLight, Light};
+use crate::light::{AreaLight, Light, Wanted};
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Vec3};
 use crate::sampling::warp::{
@@ -99,7 +99,7 @@ impl World {
             }
             Light::Distant(distant) => from_afar(-distant.direction, distant.radiance, 1.0),
             Light::Infinite(infinite) => {
-                let sample = infinite.sample(u_dir, Normal3::ZERO)?;
+                let sample = infinite.sample(u_dir, Wanted::All)?;
                 from_afar(-sample.wi, sample.radiance, sample.pdf_w)
             }
             Light::Area(area) => self.sample_area_emission(light, area, u_pos, u_dir, time)?,
@@ -122,7 +122,7 @@ impl World {
             Light::Projection(projection) => (0.0, projection.pdf_direction(d)),
             Light::Goniometric(goniometric) => (0.0, goniometric.pdf_direction(d)),
             Light::Distant(_) => (pdf_disk, 0.0),
-            Light::Infinite(infinite) => (pdf_disk, infinite.pdf_w(-d, Normal3::ZERO)),
+            Light::Infinite(infinite) => (pdf_disk, infinite.pdf_w(-d, Wanted::All)),
             Light::Area(area) => {
                 let shape = &self.geometry(area.geometry).shape;
                 if let Shape::Curves(_) = shape {

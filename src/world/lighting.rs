@@ -3,7 +3,7 @@
 use glam::DVec3;
 
 use crate::ids::{InstanceId, LightId, MediumId};
-use crate::light::{AreaLight, InfiniteLight, Light};
+use crate::light::{AreaLight, InfiniteLight, Light, Wanted};
 use crate::math::error::offset_origin;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::mis::Heuristic;
@@ -22,9 +22,8 @@ pub struct Receiver {
     pub p_err: Vec3,
     /// Geometric normal; zero in a medium.
     pub ng: Normal3,
-    /// Where light is wanted from one side only, and the surface draws directions of its own beside those of lights: the
-    /// shading normal on that side. Zero elsewhere.
-    pub facing: Normal3,
+    /// What it wants of the light that surrounds the scene.
+    pub wanted: Wanted,
     /// Time.
     pub time: f32,
 }
@@ -194,7 +193,7 @@ impl World {
                 ))
             }
             Light::Infinite(infinite) => {
-                let sample = infinite.sample(u, at.facing)?;
+                let sample = infinite.sample(u, at.wanted)?;
                 let wi = sample.wi;
                 Some(LightSample {
                     wi,
@@ -351,7 +350,7 @@ impl World {
     pub fn environment_weighted(&self, at: &Receiver, w: Vec3, weight: impl Fn(f32) -> f32) -> Rgb {
         self.infinite_lights()
             .map(|(id, light)| {
-                let (le, pdf_w) = light.le_and_pdf(w, at.facing);
+                let (le, pdf_w) = light.le_and_pdf(w, at.wanted);
                 le * weight(pdf_w * self.light_pmf(at, id))
             })
             .sum()
@@ -405,7 +404,7 @@ mod tests {
             p: Point3::new(distance, 0.0, 0.0),
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
-            facing: Normal3::ZERO,
+            wanted: Wanted::All,
             time: 0.0,
         };
         let mut rng = Rng::new(1);

@@ -190,7 +190,7 @@ impl World {
 mod tests {
     use super::*;
     use crate::ids::{LightId, MaterialId, ObjectId};
-    use crate::light::{InfiniteLight, Light};
+    use crate::light::{InfiniteLight, Light, Wanted};
     use crate::math::Transform;
     use crate::medium::{Homogeneous, Medium};
     use crate::sampling::mis::Heuristic;
@@ -241,7 +241,7 @@ mod tests {
             p: Point3::new(0.0, 0.1, -3.0),
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
-            facing: Normal3::ZERO,
+            wanted: Wanted::All,
             time: 0.0,
         };
         let segment = Segment::to_infinity(&eye, Vec3::new(0.0, 0.0, 1.0));

@@ -11,6 +11,7 @@ pub mod lighting;
 pub mod media;
 pub mod segment;
 pub mod selection;
+mod veils;
 
 use crate::accel::{Bvh, RayShear};
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
@@ -30,6 +31,7 @@ pub use media::{MediumInterface, ShadowTally};
 pub use segment::{Aim, Segment};
 use selection::LightSelection;
 pub use selection::LightStrategy;
+use veils::Veils;
 
 /// A shape with everything that belongs to its surface.
 #[derive(Clone, Debug)]
@@ -115,6 +117,8 @@ pub struct WorldParts {
     pub camera_medium: MediumId,
     /// How a light is chosen.
     pub light_strategy: LightStrategy,
+    /// Light is drawn for points in media: skies are prepared for what comes through to them.
+    pub lights_media: bool,
 }
 
 impl WorldParts {
@@ -151,6 +155,7 @@ pub struct World {
     /// Among lights that are points, where [`Facts::has_points_in_fog`].
     point_choice: LightChoice,
     camera_medium: MediumId,
+    veils: Veils,
     objects: Vec<Object>,
     instances: Vec<Instance>,
     bvh: Bvh,
@@ -163,7 +168,7 @@ pub struct World {
 
 impl World {
     /// Builds the hierarchies, none of more than [`Bvh::MAX_ITEMS`] items, and establishes the facts.
-    pub fn new(parts: WorldParts) -> Self {
+    pub fn new(mut parts: WorldParts) -> Self {
         let objects = Object::build_all(&parts.geometries, parts.n_objects);
         let stands = |&index: &usize| !parts.geometries[index].object.is_some();
         let standing: Vec<usize> = (0..parts.geometries.len()).filter(stands).collect();
@@ -203,6 +208,11 @@ impl World {
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
         };
+        let veils = if parts.lights_media {
+            Veils::new(&parts.media, &mut parts.lights)
+        } else {
+            Veils::default()
+        };
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
             .map(LightId::new)
@@ -220,6 +230,7 @@ impl World {
             light_selection: LightSelection::default(),
             point_choice: LightChoice::default(),
             camera_medium: parts.camera_medium,
+            veils,
             objects,
             instances: parts.instances,
             bvh,

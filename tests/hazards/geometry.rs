@@ -49,7 +49,7 @@ fn by_light_sampling(job: &Job, n: usize) -> Mean {
         p: surface.p,
         p_err: surface.p_err,
         ng: surface.ng,
-        facing: tyndall::math::Normal3::ZERO,
+        wanted: tyndall::light::Wanted::All,
         time: 0.0,
     };
     let mut random = Uniform::new(5);

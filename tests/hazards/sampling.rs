@@ -6,8 +6,8 @@ use glam::DMat3;
 use tyndall::compile::CompileOptions;
 use tyndall::film::Film;
 use tyndall::image::Image;
-use tyndall::light::InfiniteLight;
-use tyndall::math::{Normal3, Vec3};
+use tyndall::light::{InfiniteLight, Wanted};
+use tyndall::math::Vec3;
 use tyndall::render::{Rendered, Unwatched, render};
 use tyndall::sampling::warp::uniform_sphere;
 use tyndall::spectrum::Rgb;
@@ -47,7 +47,7 @@ fn n05_a_large_even_map_is_drawn_evenly() {
     let mut random = Uniform::new(2);
     // The density is even: its integral over the sphere is 1.
     let mass = Mean::of(200_000, || {
-        f64::from(light.pdf_w(uniform_sphere(random.unit2()), Normal3::ZERO) / even)
+        f64::from(light.pdf_w(uniform_sphere(random.unit2()), Wanted::All) / even)
     });
     assert!((mass.value - 1.0).abs() < 1e-4, "{mass:?}");
     // And what is drawn follows it, by blocks of equal solid angle.
@@ -56,7 +56,7 @@ fn n05_a_large_even_map_is_drawn_evenly() {
     let n = 1 << 20;
     for _ in 0..n {
         let sample = light
-            .sample(random.unit2(), Normal3::ZERO)
+            .sample(random.unit2(), Wanted::All)
             .expect("a direction");
         let w = sample.wi;
         let phi = w.y().atan2(w.x()) / std::f32::consts::TAU;
@@ -107,7 +107,7 @@ fn n14_a_single_bright_texel_is_drawn_without_noise() {
         let n = 100_000;
         let mean = Mean::of(n, || {
             let sample = light
-                .sample(random.unit2(), Normal3::ZERO)
+                .sample(random.unit2(), Wanted::All)
                 .expect("a direction");
             f64::from(sample.radiance.g() / sample.pdf_w)
         });
@@ -209,7 +209,7 @@ fn n03_environments_answer_to_random_numbers_at_both_ends() {
     let light = InfiniteLight::with_map(Rgb::ONE, map, DMat3::IDENTITY, true).expect("not black");
     for u in [0.0, f32::EPSILON, 0.5, 1.0 - f32::EPSILON / 2.0] {
         for v in [0.0, f32::EPSILON, 0.5, 1.0 - f32::EPSILON / 2.0] {
-            let Some(sample) = light.sample([u, v], Normal3::ZERO) else {
+            let Some(sample) = light.sample([u, v], Wanted::All) else {
                 continue;
             };
             let w: Vec3 = sample.wi;

@@ -4,6 +4,7 @@ use tyndall::compile::CompileOptions;
 use tyndall::ids::LightId;
 use tyndall::image::Image;
 use tyndall::image::codec::{ImageFile, Precision, encode};
+use tyndall::light::Wanted;
 use tyndall::math::{Normal3, Point3, Vec3};
 use tyndall::spectrum::Rgb;
 use tyndall::world::{Receiver, World};
@@ -56,7 +57,7 @@ pub(crate) fn receiver(p: [f32; 3], ng: [f32; 3]) -> Receiver {
         p: Point3::from(p),
         p_err: Vec3::ZERO,
         ng: Normal3::new(ng[0], ng[1], ng[2]),
-        facing: Normal3::ZERO,
+        wanted: Wanted::All,
         time: 0.0,
     }
 }

@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DQuat, DVec3};
 use tyndall::ids::{LightId, MaterialId, ObjectId};
-use tyndall::light::{Light, PointLight};
+use tyndall::light::{Light, PointLight, Wanted};
 use tyndall::math::{
     AnimatedTransform, Motion, MotionChain, Normal3, Point3, Ray, Transform, Vec3,
 };
@@ -175,7 +175,7 @@ fn g17_every_ray_finds_what_a_look_at_every_element_finds() {
             p: ray.o,
             p_err: Vec3::ZERO,
             ng: Normal3::ZERO,
-            facing: Normal3::ZERO,
+            wanted: Wanted::All,
             time: ray.time,
         };
         let id = LightId::new(k as usize % 50);

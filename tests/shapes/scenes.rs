@@ -5,6 +5,7 @@ use std::f64::consts::PI;
 use tyndall::camera::CameraSample;
 use tyndall::compile::{CompileOptions, Compiled, NoAssets, compile};
 use tyndall::describe::describe;
+use tyndall::light::Wanted;
 use tyndall::math::{Normal3, Vec3};
 use tyndall::render::Job;
 use tyndall::shape::SurfacePoint;
@@ -193,7 +194,7 @@ fn g10_triangles_without_area_are_never_chosen_as_lights() {
         p: tyndall::math::Point3::new(0.1, 0.1, 0.5),
         p_err: Vec3::ZERO,
         ng: Normal3::ZERO,
-        facing: Normal3::ZERO,
+        wanted: Wanted::All,
         time: 0.0,
     };
     let mut random = Uniform::new(1);
@@ -493,7 +494,7 @@ fn l03_every_quadric_emits_what_is_seen_of_it() {
                 p: center + Vec3::new(offset.x, offset.y, offset.z),
                 p_err: Vec3::ZERO,
                 ng: Normal3::ZERO,
-                facing: Normal3::ZERO,
+                wanted: Wanted::All,
                 time: 0.0,
             };
             let n = 100_000;

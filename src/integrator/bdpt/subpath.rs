@@ -5,7 +5,7 @@ use crate::integrator::bdpt::vertex::{Kind, Vertex, density_at};
 use crate::integrator::bdpt::{Numbers, Tracer};
 use crate::integrator::footprint::texture_context;
 use crate::integrator::path::stay_inside;
-use crate::light::Light;
+use crate::light::{Light, Wanted};
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::medium::MediumEvent;
 use crate::scatter::TransportMode;
@@ -345,7 +345,7 @@ impl<'a> Tracer<'a> {
     ) -> f64 {
         let pmf = f64::from(self.world.light_pmf(&receiver.receiver(self.time), light));
         let density = match self.world.light(light) {
-            Light::Infinite(infinite) => f64::from(infinite.pdf_w(toward, Normal3::ZERO)),
+            Light::Infinite(infinite) => f64::from(infinite.pdf_w(toward, Wanted::All)),
             Light::Area(area) => {
                 let shape = &self.world.geometry(area.geometry).shape;
                 let pdf_w = shape.pdf_toward(area.element, receiver.p, p, ng);

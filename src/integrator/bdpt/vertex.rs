@@ -1,7 +1,7 @@
 //! Vertices of paths, and what passes through them.
 
 use crate::ids::{LightId, MediumId};
-use crate::light::Light;
+use crate::light::{Light, Wanted};
 use crate::math::{Normal3, Point3, Vec3};
 use crate::scatter::{Bsdf, HenyeyGreenstein, TransportMode};
 use crate::spectrum::Rgb;
@@ -104,7 +104,7 @@ impl<'a> Vertex<'a> {
             p_err: self.p_err,
             ng: self.ng,
             // Weights know one density of directions toward a light, for both ends.
-            facing: Normal3::ZERO,
+            wanted: Wanted::All,
             time,
         }
     }
