@@ -63,6 +63,13 @@ enum Origin {
     Hidden,
 }
 
+/// What became of a path in a medium.
+enum Flight {
+    Scattered,
+    Passed,
+    Ended,
+}
+
 struct State<'a, O> {
     world: &'a World,
     sampler: &'a mut Sampler,
@@ -72,6 +79,10 @@ struct State<'a, O> {
     rng: Rng,
     ray: Ray,
     medium: MediumId,
+    /// The medium is that of a cloud, wherever the path is: it does not ask for walls.
+    past_walls: bool,
+    /// The ray comes from a collision, and meets no surface before the next.
+    is_clear: bool,
     origin: Origin,
     radiance: Rgb,
     beta: Rgb,
@@ -94,6 +105,10 @@ impl Path {
         observer: &mut O,
     ) -> Rgb {
         let rng = sampler.stream();
+        let declared = world.camera_medium();
+        let cloud = VOLUMETRIC
+            .then(|| world.cloud_around(ray.o, declared))
+            .flatten();
         let mut state = State {
             world,
             sampler,
@@ -102,10 +117,12 @@ impl Path {
             rng,
             ray,
             medium: if VOLUMETRIC {
-                world.camera_medium()
+                cloud.unwrap_or(declared)
             } else {
                 MediumId::NONE
             },
+            past_walls: cloud.is_some(),
+            is_clear: false,
             origin: Origin::Certain,
             radiance: Rgb::BLACK,
             beta: Rgb::ONE,
@@ -124,57 +141,39 @@ impl Path {
                 medium: state.medium,
                 beta: state.beta,
             });
-            let hit = world.closest(&state.ray, f32::INFINITY);
+            // What a path meets amid a cloud is known only when it has left it.
+            let is_clear = VOLUMETRIC && std::mem::take(&mut state.is_clear);
+            if is_clear {
+                match self.fly(&mut state, None, None) {
+                    Flight::Scattered => {
+                        (differential, crossings) = (None, 0);
+                        continue;
+                    }
+                    Flight::Passed => {}
+                    Flight::Ended => break,
+                }
+            }
+            // A last ray that light sampling does not vouch for ends at a wall, as at any null surface.
+            let is_last = state.bounces >= self.max_depth;
+            let ends_at_walls = is_last && matches!(state.origin, Origin::Certain);
+            let hit = if VOLUMETRIC && state.past_walls && !ends_at_walls {
+                world.closest_past_walls(&state.ray)
+            } else {
+                world.closest(&state.ray, f32::INFINITY)
+            };
 
-            if VOLUMETRIC && hit.is_none() && world.is_bounded(state.medium) {
+            if VOLUMETRIC && hit.is_none() && !state.past_walls && world.is_bounded(state.medium) {
                 state.counters.leaked_paths += 1;
             }
             // In a medium the path may scatter before it meets a surface.
-            if VOLUMETRIC && state.medium.is_some() {
-                let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
-                let medium = world.medium(state.medium);
-                let fog = FogSegment::new(world, medium, &state.ray, t_max, state.beta);
-                if let Some(fog) = &fog
-                    && state.bounces < self.max_depth
-                {
-                    state.light_fog(fog, hit.as_ref());
-                }
-                let depth = first_depth.take_if(|_| medium.scatters());
-                // Where it will not scatter any more, there is nothing to throw dice for.
-                let event = if state.bounces >= self.max_depth {
-                    let weight = medium.transmittance(&state.ray, t_max, &mut state.rng);
-                    MediumEvent::Pass { weight }
-                } else {
-                    medium.sample(&state.ray, t_max, state.beta, depth, &mut state.rng)
-                };
-                match event {
-                    MediumEvent::Pass { weight } => {
-                        state.beta *= weight;
-                        state.see(|_| Event::Passed { weight });
-                    }
-                    MediumEvent::Scatter { t, weight } => {
-                        // Roulette is about what arrives: the albedo is still to come, as at surfaces.
-                        if !self.survives(&mut state) {
-                            break;
-                        }
-                        state.beta *= weight;
-                        if state.beta.is_black() {
-                            state.end(NOTHING_LEFT);
-                            break;
-                        }
-                        state.counters.medium_scatterings += 1;
-                        differential = None;
-                        crossings = 0;
-                        let t = hit.map_or(t, |hit| stay_inside(world, &state.ray, t, &hit));
-                        state.see(|_| Event::Collided { t, weight });
-                        let phase = medium.phase();
-                        state.scatter_in_medium(t, phase, fog.as_ref());
+            if VOLUMETRIC && state.medium.is_some() && !is_clear {
+                match self.fly(&mut state, hit.as_ref(), Some(&mut first_depth)) {
+                    Flight::Scattered => {
+                        (differential, crossings) = (None, 0);
                         continue;
                     }
-                }
-                if state.beta.is_black() {
-                    state.end(NOTHING_LEFT);
-                    break;
+                    Flight::Passed => {}
+                    Flight::Ended => break,
                 }
             }
 
@@ -187,7 +186,6 @@ impl Path {
             let material = geometry.material;
             // A null surface only changes the medium. At the last bounce there is nothing behind it to find, except
             // for the continuation that stands for the second half of the light sampling at the vertex before.
-            let is_last = state.bounces >= self.max_depth;
             let is_crossed = !material.is_some()
                 && (!is_last || VOLUMETRIC && matches!(state.origin, Origin::Drawn { .. }));
             if is_crossed {
@@ -233,6 +231,60 @@ impl Path {
             }
         }
         state.radiance
+    }
+
+    /// Flies on in the current medium, to the surface at `hit` if there is one.
+    #[inline(always)]
+    fn fly<O: Observer>(
+        &self,
+        state: &mut State<'_, O>,
+        hit: Option<&Hit>,
+        first_depth: Option<&mut Option<f32>>,
+    ) -> Flight {
+        let world = state.world;
+        let t_max = hit.map_or(f32::INFINITY, |hit| hit.at.t);
+        let medium = world.medium(state.medium);
+        let fog = FogSegment::new(world, medium, &state.ray, t_max, state.beta);
+        if let Some(fog) = &fog
+            && state.bounces < self.max_depth
+        {
+            state.light_fog(fog, hit);
+        }
+        let depth = first_depth.and_then(|depth| depth.take_if(|_| medium.scatters()));
+        // Where it will not scatter any more, there is nothing to throw dice for.
+        let event = if state.bounces >= self.max_depth {
+            let weight = medium.transmittance(&state.ray, t_max, &mut state.rng);
+            MediumEvent::Pass { weight }
+        } else {
+            medium.sample(&state.ray, t_max, state.beta, depth, &mut state.rng)
+        };
+        match event {
+            MediumEvent::Pass { weight } => {
+                state.beta *= weight;
+                state.see(|_| Event::Passed { weight });
+                if state.beta.is_black() {
+                    state.end(NOTHING_LEFT);
+                    return Flight::Ended;
+                }
+                Flight::Passed
+            }
+            MediumEvent::Scatter { t, weight } => {
+                // Roulette is about what arrives: the albedo is still to come, as at surfaces.
+                if !self.survives(state) {
+                    return Flight::Ended;
+                }
+                state.beta *= weight;
+                if state.beta.is_black() {
+                    state.end(NOTHING_LEFT);
+                    return Flight::Ended;
+                }
+                state.counters.medium_scatterings += 1;
+                let t = hit.map_or(t, |hit| stay_inside(world, &state.ray, t, hit));
+                state.see(|_| Event::Collided { t, weight });
+                state.scatter_in_medium(t, medium.phase(), fog.as_ref());
+                Flight::Scattered
+            }
+        }
     }
 
     /// Russian roulette before the path scatters once more; survivors carry the energy of the others.
@@ -414,6 +466,7 @@ impl<O: Observer> State<'_, O> {
             d: wi,
             time: self.ray.time,
         };
+        self.is_clear = self.past_walls && self.world.is_clear_within(self.medium);
         self.bounces += 1;
         self.see(|state| Event::Scattered {
             wi,
@@ -590,9 +643,13 @@ impl<O: Observer> State<'_, O> {
         medium: MediumId,
     ) -> Rgb {
         if VOLUMETRIC {
+            let (world, rng) = (self.world, &mut self.rng);
             let tally = &mut self.counters.shadow;
-            self.world
-                .transmittance(sample, medium, &mut self.rng, tally)
+            if self.past_walls {
+                world.transmittance_past_walls(sample, medium, rng, tally)
+            } else {
+                world.transmittance(sample, medium, rng, tally)
+            }
         } else {
             self.counters.shadow.rays += 1;
             if self.world.is_occluded(sample) {

@@ -12,7 +12,7 @@
 
 use glam::{Affine3A, DAffine3, DVec3, Vec3A};
 
-use crate::math::{Ray, Transform};
+use crate::math::{Point3, Ray, Transform};
 use crate::medium::homogeneous::{ColumnFlight, beer_lambert};
 pub use crate::medium::lattice::MAX_VOXELS;
 use crate::medium::lattice::{Lattice, LatticeRay, March, Piece};
@@ -134,6 +134,9 @@ pub struct GridMedium {
     integrates: bool,
     /// Dice would be thrown without an end in voxels as dense as this: every flight is an integral.
     is_dense: bool,
+    /// A little less, and a little more, than the box of [`GridMedium::confine`].
+    inner: [Vec3A; 2],
+    outer: [Vec3A; 2],
 }
 
 /// Transmittance below which Russian roulette is played.
@@ -197,6 +200,8 @@ impl GridMedium {
             is_grey,
             integrates: depth >= THICK || n_longest <= SHORT || is_dense,
             is_dense,
+            inner: [Vec3A::NEG_INFINITY, Vec3A::INFINITY],
+            outer: [Vec3A::NEG_INFINITY, Vec3A::INFINITY],
         }
     }
 
@@ -207,6 +212,34 @@ impl GridMedium {
     #[inline]
     pub(super) fn scatters(&self) -> bool {
         !self.sigma_s.is_black() && self.density.max() > 0.0
+    }
+
+    /// Places in units of voxels; the middle of the first is at (1, 1, 1).
+    pub fn lattice_from_render(&self) -> &DAffine3 {
+        &self.precise_lattice_from_render
+    }
+
+    /// Leaves no density outside of a box, given in units of voxels, within which places are known up to `rounding`.
+    pub fn confine(&mut self, low: DVec3, high: DVec3, rounding: f64) {
+        self.density
+            .majorants
+            .confine(low.as_vec3a(), high.as_vec3a());
+        self.inner = [(low + rounding).as_vec3a(), (high - rounding).as_vec3a()];
+        self.outer = [(low - rounding).as_vec3a(), (high + rounding).as_vec3a()];
+    }
+
+    /// Whether a point is surely in the box of [`GridMedium::confine`], or surely not; `None` at its walls.
+    #[inline]
+    pub fn holds(&self, p: Point3) -> Option<bool> {
+        let p = self.lattice_from_render.transform_point3a(p.0);
+        let is_in = |[low, high]: [Vec3A; 2]| (p.cmpge(low) & p.cmple(high)).all();
+        if is_in(self.inner) {
+            Some(true)
+        } else if is_in(self.outer) {
+            None
+        } else {
+            Some(false)
+        }
     }
 
     /// See [`Medium::veil`](crate::medium::Medium::veil).

@@ -13,7 +13,8 @@ pub(super) struct MajorantGrid {
     /// Upper bound in each cell, x fastest.
     cells: Vec<f32>,
     n: [u32; 3],
-    /// Largest place of the domain, which begins at ½ along each axis.
+    /// The domain.
+    begin: Vec3A,
     end: Vec3A,
     /// Largest of `cells`.
     max: f32,
@@ -23,7 +24,7 @@ pub(super) struct MajorantGrid {
 const CELL: usize = 4;
 /// Longest way through the domain.
 const LONGEST: f32 = 0.5 * f32::MAX;
-/// Smallest place of the domain.
+/// Where the domain begins, if it is not confined.
 const BEGIN: f32 = 0.5;
 
 impl MajorantGrid {
@@ -45,6 +46,7 @@ impl MajorantGrid {
         Self {
             cells,
             n: n.map(|n| n as u32),
+            begin: Vec3A::splat(BEGIN),
             end: Vec3A::from(n_voxels.map(|n| n as f32 + 0.5)),
             max,
         }
@@ -54,10 +56,16 @@ impl MajorantGrid {
         self.max
     }
 
+    /// Leaves nothing outside of a box.
+    pub(super) fn confine(&mut self, low: Vec3A, high: Vec3A) {
+        self.begin = self.begin.max(low);
+        self.end = self.end.min(high);
+    }
+
     /// The part of (0, `t_max`) in which the ray o + t d is inside the domain; always finite.
     #[inline]
     fn clip(&self, o: Vec3A, inverse_d: Vec3A, t_max: f32) -> Option<[f32; 2]> {
-        let begin = Vec3A::splat(BEGIN);
+        let begin = self.begin;
         let (t_lo, t_hi) = ((begin - o) * inverse_d, (self.end - o) * inverse_d);
         // Along an axis of no motion the ray is inside for ever or never.
         let moves = inverse_d.abs().cmplt(Vec3A::INFINITY);

@@ -60,6 +60,13 @@ impl LightSample {
     }
 }
 
+impl LightSample {
+    /// What must be free for the light to arrive.
+    pub(super) fn segment(&self) -> &Segment {
+        &self.shadow
+    }
+}
+
 impl World {
     /// How a light is shared between its own samples and directions that find it.
     #[inline]

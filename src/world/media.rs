@@ -90,8 +90,18 @@ impl World {
     /// The medium that the boundaries around a point say it is in: what most of the rays from there that meet a
     /// boundary meet it from. `None` if they meet none, or say nothing with one voice.
     pub fn surroundings(&self, p: Point3, time: f32) -> Option<MediumId> {
-        let mut said: Vec<MediumId> = (0..N_LOOKS)
-            .filter_map(|i| {
+        let mut said: Vec<MediumId> = self.said_around(p, time).into_iter().flatten().collect();
+        let n_said = said.len();
+        said.sort_unstable();
+        said.chunk_by(|a, b| a == b)
+            .find(|votes| 2 * votes.len() > n_said)
+            .map(|votes| votes[0])
+    }
+
+    /// The medium that each of some rays from a point meets its first boundary from; `None` for one that meets none.
+    pub(super) fn said_around(&self, p: Point3, time: f32) -> Vec<Option<MediumId>> {
+        (0..N_LOOKS)
+            .map(|i| {
                 // A spiral of even density (Swinbank and Purser 2006).
                 let golden_angle = std::f64::consts::PI * (3.0 - 5f64.sqrt());
                 let z = (2.0 * f64::from(i) + 1.0) / f64::from(N_LOOKS) - 1.0;
@@ -100,12 +110,7 @@ impl World {
                 let d = Vec3::from_f64(DVec3::new(r * cos, r * sin, z));
                 self.medium_before_boundary(Ray { o: p, d, time })
             })
-            .collect();
-        let n_said = said.len();
-        said.sort_unstable();
-        said.chunk_by(|a, b| a == b)
-            .find(|votes| 2 * votes.len() > n_said)
-            .map(|votes| votes[0])
+            .collect()
     }
 
     /// The medium on the near side of the first boundary that a ray meets.
@@ -130,6 +135,9 @@ impl World {
         rng: &mut Rng,
         tally: &mut ShadowTally,
     ) -> Rgb {
+        if let Some(cloud) = self.cloud_around(segment.ray.o, medium) {
+            return self.dimmed_past_walls(segment, cloud, rng, tally);
+        }
         let Segment {
             mut ray, mut t_max, ..
         } = *segment;

@@ -3,6 +3,7 @@
 //! Immutable and shared by all threads. Space is *render space*: world space moved and scaled by a power of two so
 //! that coordinates near the camera are small and lengths are near 1.
 
+mod cloud;
 pub mod cutout;
 pub mod emission;
 pub mod instance;
@@ -22,6 +23,7 @@ use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
 use crate::shape::{ElementHit, Place, Shape, SurfacePoint};
 use crate::texture::Textures;
+use cloud::Cloud;
 pub use cutout::Cutout;
 pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
@@ -156,6 +158,9 @@ pub struct World {
     point_choice: LightChoice,
     camera_medium: MediumId,
     veils: Veils,
+    /// See [`Cloud`].
+    cloud: Option<Cloud>,
+    shutter: [f64; 2],
     objects: Vec<Object>,
     instances: Vec<Instance>,
     bvh: Bvh,
@@ -231,6 +236,8 @@ impl World {
             point_choice: LightChoice::default(),
             camera_medium: parts.camera_medium,
             veils,
+            cloud: None,
+            shutter: parts.shutter,
             objects,
             instances: parts.instances,
             bvh,
@@ -238,6 +245,7 @@ impl World {
             horizon: f32::INFINITY,
             facts,
         };
+        world.cloud = world.find_cloud();
         world.horizon = (2.0 * world.bounding_sphere().1) as f32;
         world.light_selection = world.light_selection(parts.light_strategy);
         if world.facts.has_points_in_fog {

@@ -114,6 +114,46 @@ fn a_grid_on_its_plateau_is_a_homogeneous_medium() {
     assert_same(&scene(&grid), &scene(&even), 50_000, "plateau");
 }
 
+#[test]
+fn a_cloud_in_a_box_looks_as_it_does_among_other_media() {
+    // Where it is the only medium, its walls are not asked for: not when they cut off some of its grid, nor if surfaces
+    // are in the box, nor if the camera is.
+    let nebula = Nebula::ragged([5, 4, 6], [-1.3; 3], [1.2; 3]);
+    let coefficients = ([0.1, 0.2, 0.3], [1.5, 1.0, 2.0]);
+    let cloud = nebula.medium("cloud", coefficients.0, coefficients.1, 0.3);
+    let lamp = "LightSource \"point\" \"point from\" [2 3 -3] \"rgb I\" [9 9 9]\n";
+    let ball =
+        "AttributeBegin Translate 0.3 0.2 0.4 Shape \"sphere\" \"float radius\" 0.5 AttributeEnd\n";
+    let glass =
+        "AttributeBegin Material \"glass\" Translate 0 0 -2.5 Shape \"sphere\" AttributeEnd\n";
+    let other =
+        homogeneous("other", ONE, ONE, 0.0) + &null_sphere([50.0, 0.0, 0.0], 0.1, "other", "");
+    for (what, rest) in [
+        ("alone", ""),
+        ("around a ball", ball),
+        ("behind glass", glass),
+    ] {
+        let world =
+            environment([0.5, 1.0, 0.7]) + lamp + rest + &null_box([-1.0; 3], ONE, "cloud", "");
+        for (place, eye, medium) in [
+            ("outside", EYE, ""),
+            ("inside", [0.13, 0.21, -0.8], "cloud"),
+        ] {
+            for (integrator, max_depth) in
+                [("volpath", 0), ("volpath", 2), ("volpath", 30), ("bdpt", 3)]
+            {
+                let scene = |more: &str| {
+                    // What is in force at the end is what the camera is in.
+                    let world = format!("{cloud}{world}{more}MediumInterface \"\" \"{medium}\"");
+                    seen_by(integrator, max_depth, eye, AHEAD, &world)
+                };
+                let what = format!("{what}, {place}: {integrator} to {max_depth}");
+                assert_same(&scene(""), &scene(&other), 20_000, &what);
+            }
+        }
+    }
+}
+
 /// A matte floor seen from below three slabs of different media, nested in each other.
 struct Nest {
     slabs: String,
