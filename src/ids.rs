@@ -54,8 +54,8 @@ id! {
     ObjectId,
     /// A placement of an object.
     InstanceId,
-    /// A block of a medium, for how much of the sky comes through to it.
-    VeilId,
+    /// A block of a medium, to which some of a sky comes through.
+    BlockId,
     /// A table of a scattering function.
     FourierTableId,
     /// A decoded image with its pyramid.

@@ -3,7 +3,7 @@
 use std::f64::consts::{PI, TAU};
 
 use glam::{DAffine3, DMat3, DVec3};
-use tyndall::ids::VeilId;
+use tyndall::ids::BlockId;
 use tyndall::image::Image;
 use tyndall::light::{InfiniteLight, LightChoice, Wanted};
 use tyndall::math::{Frame, Normal3, Point3, Ray, Transform, Vec3};
@@ -645,8 +645,8 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
         facing(0.0, 0.0, 1.0),
         facing(-0.6, 0.0, -0.8),
         facing(0.3, -0.9, 0.1),
-        Wanted::Behind(VeilId::new(0)),
-        Wanted::Behind(VeilId::new(1)),
+        Wanted::Within(BlockId::new(0)),
+        Wanted::Within(BlockId::new(1)),
     ];
     // One veil lets through what comes from a side, the other the more the higher it stands.
     let transmittances = |w: Vec3| vec![f32::from(w.x() > 0.3), 0.5 + 0.5 * w.z()];
@@ -661,8 +661,8 @@ fn n12_environments_are_drawn_by_their_density_under_any_transform() {
         {
             let mut light =
                 InfiniteLight::with_map(Rgb::ONE, map.clone(), m, true).expect("a light");
-            if matches!(wanted, Wanted::Behind(_)) {
-                light.heed_veils(transmittances);
+            if matches!(wanted, Wanted::Within(_)) {
+                light.heed_blocks(transmittances);
             }
             let size = m.determinant().abs().cbrt();
             let m = m * (1.0 / size);
@@ -743,8 +743,8 @@ fn a_veil_asks_for_what_it_lets_through() {
         drawn.filter(|sample| sample.wi.z() > 0.0).count() as f64 / f64::from(n)
     };
     let all = share_of_upper_half(&light, Wanted::All);
-    light.heed_veils(|w| vec![f32::from(w.z() > 0.0), f32::from(w.z() < 0.0), 1.0]);
-    let behind = |veil| share_of_upper_half(&light, Wanted::Behind(VeilId::new(veil)));
+    light.heed_blocks(|w| vec![f32::from(w.z() > 0.0), f32::from(w.z() < 0.0), 1.0]);
+    let behind = |veil| share_of_upper_half(&light, Wanted::Within(BlockId::new(veil)));
     assert!(
         behind(0) > 0.85 && behind(1) < 0.15,
         "{} {}",

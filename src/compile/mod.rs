@@ -219,7 +219,7 @@ fn contents(
     warn_of_ignored_scattering(integrator, kind, &media, &parts.materials, diagnostics);
     let medium_names;
     (parts.media, medium_names) = media.finish();
-    parts.lights_media = integrator.integrator.asks_within_media();
+    parts.draws_light_in_media = integrator.integrator.asks_within_media();
     Some(Contents {
         parts,
         medium_names,

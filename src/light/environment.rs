@@ -4,11 +4,11 @@ use std::f32::consts::{FRAC_1_PI, PI, TAU};
 
 use glam::Vec3A;
 
-use crate::ids::VeilId;
 use crate::image::Image;
 use crate::light::luminances::{Emphasis, Emphasised, Luminances};
 use crate::light::outline::{Outline, Outlined};
 use crate::light::patch_choice::{Drawn, PatchChoice};
+use crate::light::regions::Purpose;
 use crate::spectrum::Rgb;
 
 /// A latitude–longitude map, looked up bilinearly, with a sampler whose density is proportional to the luminance of
@@ -28,22 +28,10 @@ pub(super) struct EnvironmentMap {
     /// Mean of sin θ over each row of patches.
     sines: Vec<f32>,
     mean: Rgb,
-    /// Serves places behind veils as well.
+    /// Serves places in media as well.
     whole: Distribution,
     /// `None` if normals are not heeded: `whole` then serves surfaces as well.
     facing: Option<Distribution>,
-}
-
-/// What a direction is sampled for.
-#[derive(Clone, Copy, Debug)]
-pub(super) enum Purpose {
-    /// All light alike.
-    Whole,
-    /// What falls on a surface of this normal, map space, that scatters to this side only and finds light by itself as
-    /// well: more of what is bright, less of what is not. Nowhere is the density 0 for that.
-    Facing(Vec3A),
-    /// What comes through to a place in a medium.
-    Behind(VeilId),
 }
 
 /// How directions are drawn.
@@ -165,10 +153,10 @@ impl EnvironmentMap {
         })
     }
 
-    /// Draws for places behind veils from now on: `transmittances` of a unit direction are in [0, 1], one for each veil.
-    pub(super) fn heed_veils(&mut self, transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync) {
+    /// Draws for blocks of media from now on: `transmittances` of a unit direction are in [0, 1], one for each block.
+    pub(super) fn heed_blocks(&mut self, transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync) {
         let direction = direction_of([self.width, self.height]);
-        self.whole.choice.heed_veils(direction, transmittances);
+        self.whole.choice.heed_blocks(direction, transmittances);
     }
 
     /// Mean over the sphere.
@@ -226,7 +214,7 @@ impl EnvironmentMap {
         match (purpose, &self.facing) {
             (Purpose::Facing(_), Some(facing)) => (facing, purpose),
             (Purpose::Facing(_), None) => (&self.whole, Purpose::Whole),
-            (Purpose::Whole | Purpose::Behind(_), _) => (&self.whole, purpose),
+            (Purpose::Whole | Purpose::Within(_), _) => (&self.whole, purpose),
         }
     }
 

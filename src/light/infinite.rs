@@ -108,12 +108,12 @@ impl InfiniteLight {
         self.map.is_some()
     }
 
-    /// Draws for places behind veils from now on, addressed by [`VeilId`](crate::ids::VeilId): `transmittances` of a unit
-    /// direction of render space, toward the light, are in [0, 1], one for each veil. They need not be more than a guess:
-    /// densities follow them, pictures do not. Nothing happens without a map.
-    pub fn heed_veils(&mut self, transmittances: impl Fn(Vec3) -> Vec<f32> + Sync) {
+    /// Draws for blocks of media from now on, addressed by [`BlockId`](crate::ids::BlockId), of which there are no others:
+    /// `transmittances` of a unit direction of render space, toward the light, are in [0, 1], one for each block. They need
+    /// not be more than a guess: densities follow them, pictures do not. Nothing happens without a map.
+    pub fn heed_blocks(&mut self, transmittances: impl Fn(Vec3) -> Vec<f32> + Sync) {
         if let Some(map) = &mut self.map {
-            map.heed_veils(transmittances);
+            map.heed_blocks(transmittances);
         }
     }
 

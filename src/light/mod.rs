@@ -14,7 +14,7 @@ mod regions;
 pub mod spot;
 pub mod tree;
 
-use crate::ids::{GeometryId, VeilId};
+use crate::ids::{BlockId, GeometryId};
 use crate::math::{Normal3, Point3, Vec3};
 use crate::sampling::alias::AliasTable;
 use crate::spectrum::Rgb;
@@ -51,8 +51,8 @@ pub enum Wanted {
     /// What falls on a surface of this unit normal that scatters on its side only and draws directions of its own beside
     /// these: so rather, too, what is brighter than most.
     Facing(Normal3),
-    /// What comes through to a place in a medium.
-    Behind(VeilId),
+    /// What comes through to a place in this block of a medium.
+    Within(BlockId),
 }
 
 impl Light {

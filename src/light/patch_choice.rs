@@ -11,8 +11,7 @@ use std::ops::Range;
 use glam::Vec3A;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
-use crate::light::environment::Purpose;
-use crate::light::regions::{COLUMNS, DrawnRegion, LightByRegion, ROWS, Regions, pick};
+use crate::light::regions::{COLUMNS, DrawnRegion, LightByRegion, Purpose, ROWS, Regions, pick};
 use crate::sampling::cumulative::{self, Cumulative};
 
 /// Cells side by side in a map, and on top of each other, at most.
@@ -289,14 +288,14 @@ impl PatchChoice {
         })
     }
 
-    /// Draws for places behind veils from now on, by what comes through to them: see [`Regions::by_veil`].
-    pub(super) fn heed_veils(
+    /// Draws for blocks of media from now on, by what comes through to them: see [`Regions::by_block`].
+    pub(super) fn heed_blocks(
         &mut self,
         direction: impl Fn([f64; 2]) -> Vec3A,
         transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync,
     ) {
         let light = self.grid.light(&self.weights, direction);
-        self.choice = CellChoice::ByRegion(Box::new(Regions::by_veil(light, transmittances)));
+        self.choice = CellChoice::ByRegion(Box::new(Regions::by_block(light, transmittances)));
     }
 
     /// Mean weight of a patch: what weights are divided by for the density of points in uneven cells.

@@ -4,7 +4,8 @@ use glam::{DMat3, Mat3A, Vec3A};
 
 use crate::image::Image;
 use crate::light::Wanted;
-use crate::light::environment::{EnvironmentMap, Purpose};
+use crate::light::environment::EnvironmentMap;
+use crate::light::regions::Purpose;
 use crate::math::{Normal3, Vec3};
 use crate::spectrum::Rgb;
 
@@ -120,16 +121,16 @@ impl PlacedMap {
         match wanted {
             Wanted::All => Purpose::Whole,
             Wanted::Facing(normal) => Purpose::Facing(self.placement.light_normal(normal)),
-            Wanted::Behind(veil) => Purpose::Behind(veil),
+            Wanted::Within(block) => Purpose::Within(block),
         }
     }
 
-    /// Draws for places behind veils from now on: `transmittances` of a unit direction of render space are in [0, 1], one
-    /// for each veil.
-    pub(super) fn heed_veils(&mut self, transmittances: impl Fn(Vec3) -> Vec<f32> + Sync) {
+    /// Draws for blocks of media from now on: `transmittances` of a unit direction of render space are in [0, 1], one for
+    /// each block.
+    pub(super) fn heed_blocks(&mut self, transmittances: impl Fn(Vec3) -> Vec<f32> + Sync) {
         let placement = &self.placement;
         self.map
-            .heed_veils(|in_map| transmittances(placement.render_direction(in_map).0));
+            .heed_blocks(|in_map| transmittances(placement.render_direction(in_map).0));
     }
 
     /// Mean over the sphere of map space.

@@ -1,14 +1,14 @@
-//! Regions of a map, and how much each counts for a receiver: by the light in it for a surface, by the cosines under
-//! which that light falls, or, in a medium, by how much of it comes through.
+//! Regions of a map, and how much each counts for a receiver: by the light in it and, for a surface, by the cosines under
+//! which that light falls or, in a medium, by how much of it comes through.
 //!
 //! The cosine of a region is roughly the mean of those of its directions, and never 0. It is known beforehand for 24²
-//! normals, of which the nearest is taken: a receiver costs a look into a table. So is what a medium lets through to the
-//! places in it, its *veils*.
+//! normals, of which the nearest is taken: a receiver costs a look into a table. What comes through is known for the
+//! blocks that media are cut into.
 
 use glam::Vec3A;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
-use crate::light::environment::Purpose;
+use crate::ids::BlockId;
 use crate::math::octahedron;
 use crate::sampling::rng::ONE_MINUS_EPSILON;
 
@@ -20,10 +20,22 @@ pub(super) const ROWS: usize = 8;
 const NORMALS: usize = 24;
 /// What a cosine counts at least: shading normals and means are not all there is to a surface.
 const LEAST_COSINE: f32 = 0.03;
-/// What a region counts at least behind a veil. Beyond that it counts by the root of its transmittance, as places in a block
+/// What a region counts at least within a medium. Beyond that it counts by the root of its transmittance, as places in a block
 /// see more or less of it than the middle does. Measured in clouds: squared errors are 2 to 7 % above this by the
 /// transmittance itself, and alike for 0.01.
 const LEAST_SEEN: f32 = 0.03;
+
+/// What a direction is sampled for.
+#[derive(Clone, Copy, Debug)]
+pub(super) enum Purpose {
+    /// All light alike.
+    Whole,
+    /// What falls on a surface of this normal, map space, that scatters to this side only and finds light by itself as
+    /// well: more of what is bright, less of what is not. Nowhere is the density 0 for that.
+    Facing(Vec3A),
+    /// What comes through to a place in this block of a medium.
+    Within(BlockId),
+}
 
 /// A number for each region, row by row.
 type ForRegions<T> = [[T; COLUMNS]; ROWS];
@@ -33,7 +45,7 @@ type ForRegions<T> = [[T; COLUMNS]; ROWS];
 pub(super) struct Regions {
     /// Light in each region; the sum is 1.
     weights: ForRegions<f32>,
-    /// For each normal or veil; at last for all light alike.
+    /// For each normal or block; at last for all light alike.
     shares: Vec<Shares>,
 }
 
@@ -141,34 +153,28 @@ impl Regions {
         Self::with_shares(shares.collect(), light.weights)
     }
 
-    /// For places behind veils: `transmittances` of a unit direction are in [0, 1], one for each veil.
-    pub(super) fn by_veil(
+    /// For blocks of media: `transmittances` of a unit direction are in [0, 1], one for each block.
+    pub(super) fn by_block(
         light: LightByRegion,
         transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync,
     ) -> Self {
-        let is_lit = light
-            .weights
-            .as_flattened()
-            .iter()
-            .map(|&weight| weight > 0.0);
-        let of_regions: Vec<Option<Vec<f32>>> = light
-            .directions
-            .as_flattened()
-            .iter()
-            .zip(is_lit)
-            .collect::<Vec<_>>()
+        let (weights, directions) = (&light.weights, &light.directions);
+        let of_regions: Vec<Vec<f32>> = (0..ROWS * COLUMNS)
             .into_par_iter()
-            .map(|(directions, is_lit)| {
-                is_lit.then(|| transmittances(directions.mean.normalize_or(Vec3A::Z)))
+            .map(|region| {
+                let (row, column) = (region / COLUMNS, region % COLUMNS);
+                if weights[row][column] > 0.0 {
+                    transmittances(directions[row][column].mean.normalize_or(Vec3A::Z))
+                } else {
+                    Vec::new()
+                }
             })
             .collect();
-        let n_veils = of_regions.iter().flatten().map(Vec::len).max().unwrap_or(0);
-        let shares = (0..n_veils).into_par_iter().map(|veil| {
-            Shares::new(&light.weights, |row, column| {
-                let transmittance = &of_regions[row * COLUMNS + column];
-                transmittance
-                    .as_ref()
-                    .map_or(LEAST_SEEN, |of_veils| LEAST_SEEN + of_veils[veil].sqrt())
+        let n_blocks = of_regions.iter().map(Vec::len).max().unwrap_or(0);
+        let shares = (0..n_blocks).into_par_iter().map(|block| {
+            Shares::new(weights, |row, column| {
+                let transmittance = of_regions[row * COLUMNS + column].get(block);
+                LEAST_SEEN + transmittance.map_or(0.0, |t| t.sqrt())
             })
         });
         Self::with_shares(shares.collect(), light.weights)
@@ -183,7 +189,7 @@ impl Regions {
     fn shares(&self, purpose: Purpose) -> &Shares {
         let index = match purpose {
             Purpose::Facing(normal) => index_of_normal(normal),
-            Purpose::Behind(veil) => veil.index(),
+            Purpose::Within(block) => block.index(),
             Purpose::Whole => self.shares.len() - 1,
         };
         &self.shares[index]

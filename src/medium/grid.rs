@@ -247,8 +247,8 @@ impl GridMedium {
         let mut voxels_from_render = self.lattice_from_render;
         voxels_from_render.translation -= 0.5;
         let DensityGrid { n, lattice, .. } = &self.density;
-        let sigma = self.sigma_t;
-        let mean = (sigma.r() + sigma.g() + sigma.b()) / 3.0;
+        let [r, g, b] = self.sigma_t.to_array().map(f64::from);
+        let mean = (r + g + b) / 3.0;
         Veil::new(*n, voxels_from_render, n_most, mean, |y, z| {
             lattice.row(y, z)
         })

@@ -85,7 +85,7 @@ impl Medium {
     /// no more than `n_most` blocks, or in one.
     pub fn veil(&self, n_most: usize) -> Option<Veil> {
         match self {
-            Self::Grid(grid) if grid.scatters() => Some(grid.veil(n_most)),
+            Self::Grid(grid) if self.veils() => Some(grid.veil(n_most)),
             Self::Grid(_) | Self::Homogeneous(_) => None,
         }
     }

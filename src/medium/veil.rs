@@ -10,19 +10,21 @@ use rayon::slice::ParallelSliceMut;
 
 use crate::math::{Point3, Vec3};
 
-/// Voxels along the edge of a block, at least.
+/// Voxels along the edge of a block, at least, if the grid has as many.
 const EDGE: usize = 4;
+/// Most blocks along an axis: rays along a row of blocks pass each of them from each.
+const LONGEST: usize = 64;
 /// Extinction that lets nothing through, by far, and whose multiples are finite.
 const OPAQUE: f64 = 1e30;
 
-/// A grid cut into blocks of as many voxels along each axis.
+/// A grid cut into blocks of as many voxels.
 #[derive(Clone, Debug)]
 pub struct Blocks {
     /// Places in units of blocks.
     blocks_from_render: Affine3A,
     n: [usize; 3],
-    /// Voxels along an edge.
-    edge: usize,
+    /// Voxels along each edge.
+    edges: [usize; 3],
 }
 
 /// A grid as it dims light, block by block.
@@ -48,14 +50,18 @@ impl Blocks {
     fn new(n_voxels: [usize; 3], voxels_from_render: Affine3A, n_most: usize) -> Self {
         let along = |edge: usize| n_voxels.map(|n| n.div_ceil(edge));
         let mut edge = EDGE;
-        while along(edge).into_iter().product::<usize>() > n_most.max(1) {
+        while along(edge).into_iter().product::<usize>() > n_most.max(1)
+            || along(edge).into_iter().any(|n| n > LONGEST)
+        {
             edge += edge / EDGE;
         }
-        let scale = Affine3A::from_scale(glam::Vec3::splat(1.0 / edge as f32));
+        // Those along an axis are as long as each other, or nearly so.
+        let edges = [0, 1, 2].map(|axis| n_voxels[axis].div_ceil(along(edge)[axis]));
+        let per_voxel = edges.map(|edge| 1.0 / edge as f32);
         Self {
-            blocks_from_render: scale * voxels_from_render,
-            n: along(edge),
-            edge,
+            blocks_from_render: Affine3A::from_scale(per_voxel.into()) * voxels_from_render,
+            n: [0, 1, 2].map(|axis| n_voxels[axis].div_ceil(edges[axis])),
+            edges,
         }
     }
 
@@ -80,14 +86,16 @@ impl Veil {
         n_voxels: [usize; 3],
         voxels_from_render: Affine3A,
         n_most: usize,
-        sigma: f32,
+        sigma: f64,
         row: impl Fn(usize, usize) -> &'a [f32] + Sync,
     ) -> Self {
         let blocks = Blocks::new(n_voxels, voxels_from_render, n_most);
-        let (edge, [nx, ny, _]) = (blocks.edge, blocks.n);
-        let voxels =
-            |block: usize, axis: usize| block * edge..((block + 1) * edge).min(n_voxels[axis]);
-        let per_voxel = f64::from(sigma) / (edge as f64).powi(3);
+        let (edges, [nx, ny, _]) = (blocks.edges, blocks.n);
+        let voxels = |block: usize, axis: usize| {
+            let edge = edges[axis];
+            block * edge..((block + 1) * edge).min(n_voxels[axis])
+        };
+        let per_voxel = sigma / edges.into_iter().product::<usize>() as f64;
         let mut extinction = vec![0.0; blocks.count()];
         extinction
             .par_chunks_exact_mut(nx)
@@ -98,7 +106,8 @@ impl Veil {
                     sums.fill(0.0);
                     for z in voxels(line / ny, 2) {
                         for y in voxels(line % ny, 1) {
-                            for (sum, densities) in sums.iter_mut().zip(row(y, z).chunks(edge)) {
+                            for (sum, densities) in sums.iter_mut().zip(row(y, z).chunks(edges[0]))
+                            {
                                 *sum += densities.iter().copied().map(f64::from).sum::<f64>();
                             }
                         }
@@ -205,13 +214,13 @@ mod tests {
     use crate::sampling::rng::Rng;
     use crate::sampling::warp::uniform_sphere;
 
-    /// A grid of blocks as large as its voxels are to a ray, by a field of extinction.
+    /// A veil whose blocks have these extinctions.
     fn veil(n: [usize; 3], values: &[f32], blocks_from_render: Affine3A) -> Veil {
         Veil {
             blocks: Blocks {
                 blocks_from_render,
                 n,
-                edge: 1,
+                edges: [1; 3],
             },
             extinction: values.to_vec(),
         }
@@ -271,6 +280,7 @@ mod tests {
         let veil = Veil::new(n, voxels_from_render, 100, 2.0, |y, z| {
             &values[(z * 4 + y) * 10..][..10]
         });
+        // Of 4, 4 and 3 voxels.
         assert_eq!(veil.blocks.n, [3, 1, 2]);
         let sums = {
             let mut sums = [0.0; 6];
@@ -283,7 +293,7 @@ mod tests {
             sums
         };
         for (extinction, sum) in veil.extinction.iter().zip(sums) {
-            assert!((extinction - 2.0 * sum / 64.0).abs() < 1e-5);
+            assert!((extinction - 2.0 * sum / 48.0).abs() < 1e-5);
         }
         assert_eq!(veil.into_blocks().count(), 6);
     }
@@ -299,13 +309,11 @@ mod tests {
             for n_most in [0, 1, 50, 8192] {
                 let blocks = Blocks::new(n_voxels, Affine3A::IDENTITY, n_most);
                 assert!(blocks.count() <= n_most.max(1), "{n_voxels:?} {n_most}");
-                assert!(
-                    blocks
-                        .n
-                        .into_iter()
-                        .zip(n_voxels)
-                        .all(|(n, voxels)| n * blocks.edge >= voxels)
-                );
+                assert!(blocks.n.into_iter().all(|n| n <= LONGEST));
+                let sizes = blocks.n.into_iter().zip(blocks.edges).zip(n_voxels);
+                for ((n, edge), n_voxels) in sizes {
+                    assert!((n - 1) * edge < n_voxels && n_voxels <= n * edge);
+                }
             }
         }
     }

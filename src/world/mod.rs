@@ -119,8 +119,8 @@ pub struct WorldParts {
     pub camera_medium: MediumId,
     /// How a light is chosen.
     pub light_strategy: LightStrategy,
-    /// Light is drawn for points in media: skies are prepared for what comes through to them.
-    pub lights_media: bool,
+    /// Light is drawn for points in media: skies are prepared for what comes through to those.
+    pub draws_light_in_media: bool,
 }
 
 impl WorldParts {
@@ -213,8 +213,8 @@ impl World {
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
         };
-        let veils = if parts.lights_media {
-            Veils::new(&parts.media, &mut parts.lights)
+        let veils = if parts.draws_light_in_media {
+            Veils::new(&parts.media, parts.camera_medium, &mut parts.lights)
         } else {
             Veils::default()
         };

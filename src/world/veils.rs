@@ -1,36 +1,38 @@
 //! What media let through of skies, to places in them: roughly, for drawing directions.
 
-use crate::ids::{MediumId, VeilId};
+use crate::ids::{BlockId, MediumId};
 use crate::light::{Light, Wanted};
 use crate::math::Point3;
 use crate::medium::{Blocks, Medium, Veil};
 use crate::world::World;
 
-/// Most places, in all media together, that are told apart: 4 MiB for a sky.
+/// Most blocks that are told apart, in all media and for all skies together: 4 MiB.
 const MOST: usize = 8192;
 
-/// The places that are told apart.
+/// The blocks that are told apart.
 #[derive(Clone, Debug, Default)]
 pub(super) struct Veils {
     /// Of each medium, if any has some; with the id of the first.
-    of_media: Vec<Option<(VeilId, Blocks)>>,
+    of_media: Vec<Option<(BlockId, Blocks)>>,
 }
 
 impl Veils {
-    /// Prepares skies for them.
-    pub(super) fn new(media: &[Medium], lights: &mut [Light]) -> Self {
-        let has_map = |light: &Light| matches!(light, Light::Infinite(light) if light.has_map());
+    /// Prepares skies for them. Where the medium around the camera has no end, all light is wanted alike: pictures depend on
+    /// densities there, see [`World::environment_heuristic`].
+    pub(super) fn new(media: &[Medium], around_camera: MediumId, lights: &mut [Light]) -> Self {
+        let has_map = |light: &&Light| matches!(light, Light::Infinite(light) if light.has_map());
+        let n_skies = lights.iter().filter(has_map).count();
         let n_veiled = media.iter().filter(|medium| medium.veils()).count();
-        if n_veiled == 0 || !lights.iter().any(has_map) {
+        let n_most = MOST.checked_div(n_veiled * n_skies).unwrap_or(0);
+        let is_endless = around_camera.is_some() && !media[around_camera.index()].veils();
+        // One block for all of a grid tells nothing apart.
+        if n_most < 2 || is_endless {
             return Self::default();
         }
-        let veils: Vec<Option<Veil>> = media
-            .iter()
-            .map(|medium| medium.veil(MOST / n_veiled))
-            .collect();
+        let veils: Vec<Option<Veil>> = media.iter().map(|medium| medium.veil(n_most)).collect();
         for light in lights {
             if let Light::Infinite(light) = light {
-                light.heed_veils(|toward| {
+                light.heed_blocks(|toward| {
                     let of_veils = veils.iter().flatten();
                     of_veils
                         .flat_map(|veil| veil.transmittances(toward))
@@ -40,7 +42,7 @@ impl Veils {
         }
         let mut n_before = 0;
         let of_media = veils.into_iter().map(|veil| {
-            let first = VeilId::new(n_before);
+            let first = BlockId::new(n_before);
             let blocks = veil?.into_blocks();
             n_before += blocks.count();
             Some((first, blocks))
@@ -57,7 +59,7 @@ impl World {
     pub fn wanted_in(&self, medium: MediumId, p: Point3) -> Wanted {
         match self.veils.of_media.get(medium.index()) {
             Some(Some((first, blocks))) => {
-                Wanted::Behind(VeilId::new(first.index() + blocks.index_of(p)))
+                Wanted::Within(BlockId::new(first.index() + blocks.index_of(p)))
             }
             _ => Wanted::All,
         }
@@ -104,7 +106,7 @@ mod tests {
                 grid(turned),
             ],
             lights: vec![Light::Infinite(Box::new(light.expect("not black")))],
-            lights_media: true,
+            draws_light_in_media: true,
             ..WorldParts::default()
         }
     }
@@ -151,7 +153,7 @@ mod tests {
         let wanted = |parts: WorldParts, medium: usize| {
             World::new(parts).wanted_in(MediumId::new(medium), Point3::ZERO)
         };
-        assert!(matches!(wanted(parts(), 1), Wanted::Behind(_)));
+        assert!(matches!(wanted(parts(), 1), Wanted::Within(_)));
         assert_ne!(wanted(parts(), 1), wanted(parts(), 2));
         let without_map = || {
             let sky = Light::Infinite(Box::new(InfiniteLight::constant(Rgb::ONE)));
@@ -161,7 +163,7 @@ mod tests {
             }
         };
         let by_directions_alone = || WorldParts {
-            lights_media: false,
+            draws_light_in_media: false,
             ..parts()
         };
         assert_eq!(wanted(parts(), 0), Wanted::All, "it is the same everywhere");

@@ -15,5 +15,6 @@ mod multiple_scattering;
 mod nebula;
 mod points_in_fog;
 mod single_scattering;
+mod skies;
 mod transmittance;
 mod vectors;
