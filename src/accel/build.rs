@@ -2,16 +2,18 @@
 //! Boulos 2008), in parallel for large inputs.
 
 use arrayvec::ArrayVec;
-use glam::{Vec3A, Vec4};
+use glam::{BVec3A, Mat3A, Vec3, Vec3A, Vec4};
 use rayon::iter::{
     IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
 };
 
-use crate::accel::lanes::N_LANES;
+use crate::accel::lanes::{Lanes, Level, N_LANES, Portable};
 use crate::accel::node::{Child, Key, Node, Packet, Target};
 use crate::math::{Bounds3, Point3};
 
 const MAX_BINS: usize = 32;
+/// Most items of a part that are looked at to find a plane.
+const MAX_BINNED: usize = 1 << 15;
 /// Most slots of a leaf.
 const MAX_SLOTS: usize = Child::MAX_COUNT;
 /// Most triangles of a leaf.
@@ -25,22 +27,68 @@ const BALANCED_DEPTH: usize = 24;
 /// Deepest hierarchy the builder makes; bounds the traversal stack.
 pub(super) const MAX_DEPTH: usize = BALANCED_DEPTH + 12;
 
+/// A box as eight numbers: its smallest corner and its largest one negated, so that a box around two takes one
+/// instruction. The fourth and the last number mean nothing.
+#[derive(Clone, Copy, Debug)]
+#[repr(C, align(32))]
+struct Corners([f32; N_LANES]);
+
+impl Corners {
+    const EMPTY: Self = Self([f32::INFINITY; N_LANES]);
+
+    /// Of a box around one point.
+    #[inline(always)]
+    fn of_point(p: Vec3A) -> Self {
+        let ([x, y, z], [nx, ny, nz]) = (p.to_array(), (-p).to_array());
+        Self([x, y, z, z, nx, ny, nz, nz])
+    }
+
+    /// The smallest corner, and the largest one negated.
+    #[inline(always)]
+    fn halves(&self) -> [Vec3A; 2] {
+        let [lo, hi] = *self.0.as_chunks().0 else {
+            unreachable!("eight numbers are twice four");
+        };
+        [lo, hi].map(|half| Vec3A::from_vec4(Vec4::from_array(half)))
+    }
+
+    #[inline(always)]
+    fn bounds(&self) -> Bounds3 {
+        let [lo, hi] = self.halves();
+        Bounds3 {
+            min: Point3(lo),
+            max: Point3(-hi),
+        }
+    }
+
+    #[inline(always)]
+    fn add<L: Lanes>(&mut self, lanes: L, other: &Self) {
+        self.0 = lanes.store(lanes.min(lanes.load(&self.0), lanes.load(&other.0)));
+    }
+
+    /// Edge lengths; −∞ where nothing is inside.
+    #[inline(always)]
+    fn extent(&self) -> Vec3A {
+        let [lo, hi] = self.halves();
+        -(lo + hi)
+    }
+}
+
 /// Something in a hierarchy: its box, its key, and whether it is a triangle.
 #[derive(Clone, Copy, Debug)]
 pub struct Item {
-    /// Smallest corner, and the first half of the key in the last component. Its topmost bit marks slots.
-    lo: Vec4,
-    /// Largest corner, and the second half of the key.
-    hi: Vec4,
+    /// The box, and the key in the numbers that mean nothing there. Its topmost bit marks slots.
+    corners: Corners,
 }
 
 impl Item {
     const IS_SLOT: u32 = 1 << 31;
 
     fn new(bounds: &Bounds3, key: Key) -> Self {
+        let [lo, hi] = [bounds.min.0, -bounds.max.0].map(|half| half.to_array());
+        let [first, second] = key.map(f32::from_bits);
         Self {
-            lo: bounds.min.0.extend(f32::from_bits(key[0])),
-            hi: bounds.max.0.extend(f32::from_bits(key[1])),
+            corners: Corners([lo[0], lo[1], lo[2], first, hi[0], hi[1], hi[2], second]),
         }
     }
 
@@ -58,28 +106,27 @@ impl Item {
 
     #[inline]
     fn is_slot(&self) -> bool {
-        self.lo.w.to_bits() & Self::IS_SLOT != 0
+        self.corners.0[3].to_bits() & Self::IS_SLOT != 0
     }
 
     #[inline]
     fn key(&self) -> Key {
-        [self.lo.w.to_bits() & !Self::IS_SLOT, self.hi.w.to_bits()]
+        let [first, second] = [3, 7].map(|lane| self.corners.0[lane].to_bits());
+        [first & !Self::IS_SLOT, second]
     }
 
     #[inline]
     fn bounds(&self) -> Bounds3 {
-        Bounds3 {
-            min: Point3(Vec3A::from_vec4(self.lo)),
-            max: Point3(Vec3A::from_vec4(self.hi)),
-        }
+        self.corners.bounds()
     }
 
     /// Twice the centre.
-    #[inline]
+    #[inline(always)]
     fn center(&self) -> Vec3A {
-        let sum = self.lo + self.hi;
-        // Without the sum of the keys: as numbers they are subnormal, which some processors compute slowly.
-        Vec3A::new(sum.x, sum.y, sum.z)
+        let [lo, hi] = self.corners.halves();
+        let Vec3 { x, y, z } = Vec3::from(lo - hi);
+        // Without what came of the keys: as numbers they are subnormal, which some processors compute slowly.
+        Vec3A::new(x, y, z)
     }
 }
 
@@ -130,33 +177,49 @@ impl Part {
         self.len == 1 || self.n_slots == 0 && self.len <= N_LANES
     }
 
+    /// The sum of the weights.
+    fn weight(&self) -> u32 {
+        (self.len - self.n_slots) as u32 + self.n_slots as u32 * weight(true)
+    }
+
     fn fits_leaf(&self) -> bool {
         self.n_slots == 0 && self.len <= MAX_TRIANGLES
             || self.n_slots == self.len && self.len <= MAX_SLOTS
     }
 }
 
-/// Expected tests of a leaf.
+/// How much of a test an item takes, in parts of a packet.
 #[inline]
-fn cost(len: usize, n_slots: usize) -> f32 {
-    ((len - n_slots).div_ceil(N_LANES) + n_slots) as f32
+fn weight(is_slot: bool) -> u32 {
+    if is_slot { N_LANES as u32 } else { 1 }
+}
+
+/// Expected tests of a leaf with items of a total weight.
+#[inline]
+fn tests(weight: u32) -> f32 {
+    // Signed numbers are converted by SIMD instructions.
+    weight.div_ceil(N_LANES as u32) as i32 as f32
 }
 
 /// Nodes, the ranges of items in packets, and slots; indices start at 0.
-#[derive(Default)]
 struct Subtree {
+    level: Level,
     nodes: Vec<Node>,
     packets: Vec<(u32, u32)>,
     slots: Vec<Key>,
 }
 
 /// Builds a hierarchy.
-pub(super) fn build(mut items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3] + Sync) -> Built {
+pub(super) fn build(
+    level: Level,
+    mut items: Vec<Item>,
+    corners: impl Fn(Key) -> [[f32; 3]; 3] + Sync,
+) -> Built {
     // A leaf holds an item at least: neither packets nor slots nor nodes run out of indices.
     assert!(items.len() <= Child::MAX_INDEX, "callers count their items");
     items.retain(|item| !item.bounds().is_empty());
     let root = Part::of(&items, 0);
-    let mut tree = Subtree::default();
+    let mut tree = Subtree::new(level);
     if !items.is_empty() {
         let child = tree.add(&mut items, &root, 0);
         if !matches!(child.target(), Target::Node(_)) {
@@ -186,9 +249,18 @@ pub(super) fn build(mut items: Vec<Item>, corners: impl Fn(Key) -> [[f32; 3]; 3]
 }
 
 impl Subtree {
+    fn new(level: Level) -> Self {
+        Self {
+            level,
+            nodes: Vec::new(),
+            packets: Vec::new(),
+            slots: Vec::new(),
+        }
+    }
+
     /// Adds what a part of `items` becomes, which starts with the item `part.start` of all.
     fn add(&mut self, items: &mut [Item], part: &Part, depth: usize) -> Child {
-        let parts = divide(items, part, depth);
+        let parts = divide(self.level, items, part, depth);
         if parts.len() == 1 {
             return self.add_leaf(items, part);
         }
@@ -209,10 +281,11 @@ impl Subtree {
                 jobs.push((items, part));
                 rest = others;
             }
+            let level = self.level;
             let subtrees: Vec<_> = jobs
                 .into_par_iter()
                 .map(|(items, part)| {
-                    let mut subtree = Self::default();
+                    let mut subtree = Self::new(level);
                     let child = subtree.add(items, &part, depth + 1);
                     (part, child, subtree)
                 })
@@ -263,9 +336,10 @@ impl Subtree {
 /// The lanes of parts: the largest come first, as they are the likeliest to be hit, and a search for any hit then ends
 /// the sooner.
 fn lanes_of(parts: &[Part]) -> ArrayVec<usize, N_LANES> {
-    let area = |part: &Part| part.bounds.half_area();
+    let areas = parts.iter().map(|part| part.bounds.half_area());
+    let areas: ArrayVec<f32, N_LANES> = areas.collect();
     let is_before = |i: usize, j: usize| {
-        let order = area(&parts[i]).total_cmp(&area(&parts[j]));
+        let order = areas[i].total_cmp(&areas[j]);
         order.then(j.cmp(&i)).is_gt()
     };
     let n_before = |j| (0..parts.len()).filter(|&i| is_before(i, j)).count();
@@ -273,7 +347,25 @@ fn lanes_of(parts: &[Part]) -> ArrayVec<usize, N_LANES> {
 }
 
 /// Splits a part into up to eight, in the order of their items; one makes a leaf.
-fn divide(items: &mut [Item], part: &Part, depth: usize) -> ArrayVec<Part, N_LANES> {
+fn divide(level: Level, items: &mut [Item], part: &Part, depth: usize) -> ArrayVec<Part, N_LANES> {
+    match level {
+        Level::Portable => divide_with(Portable, items, part, depth),
+        #[cfg(target_arch = "x86_64")]
+        Level::Avx2(avx2) => pulp::Simd::vectorize(
+            avx2,
+            #[inline(always)]
+            || divide_with(avx2, items, part, depth),
+        ),
+    }
+}
+
+#[inline(always)]
+fn divide_with<L: Lanes>(
+    lanes: L,
+    items: &mut [Item],
+    part: &Part,
+    depth: usize,
+) -> ArrayVec<Part, N_LANES> {
     let base = part.start;
     let mut parts = ArrayVec::new();
     parts.push(*part);
@@ -292,7 +384,7 @@ fn divide(items: &mut [Item], part: &Part, depth: usize) -> ArrayVec<Part, N_LAN
         let Some(next) = next else { break };
         let part: Part = parts[next];
         let items = &mut items[part.start - base..][..part.len];
-        match split(items, &part, depth) {
+        match split(lanes, items, &part, depth) {
             Some([left, right]) => {
                 parts[next] = left;
                 parts.push(right);
@@ -305,28 +397,33 @@ fn divide(items: &mut [Item], part: &Part, depth: usize) -> ArrayVec<Part, N_LAN
 }
 
 /// Splits the items of a part; `None` makes a leaf.
-fn split(items: &mut [Item], part: &Part, depth: usize) -> Option<[Part; 2]> {
+#[inline(always)]
+fn split<L: Lanes>(lanes: L, items: &mut [Item], part: &Part, depth: usize) -> Option<[Part; 2]> {
     if part.is_one() {
         return None;
     }
     let plane = if depth < BALANCED_DEPTH {
-        best_plane(items, part)
+        best_plane(lanes, items, part)
     } else {
         None
     };
     let area = part.bounds.half_area();
     match plane {
         Some(plane) => {
-            let leaf_cost = cost(part.len, part.n_slots) * area;
+            let leaf_cost = tests(part.weight()) * area;
             if part.fits_leaf() && leaf_cost <= plane.cost + NODE_COST * area {
                 return None;
             }
-            Some(plane.divide(items, part.start))
+            Some(plane.divide(lanes, items, part))
         }
         None if part.fits_leaf() => None,
         // No plane separates the centres: split by kind or by count.
         None if part.n_slots > 0 && part.n_slots < part.len => {
-            let n_left = partition(items, Item::is_slot);
+            let mut n_left = 0;
+            for next in 0..items.len() {
+                let is_left = items[next].is_slot();
+                sort_in(items, &mut n_left, next, is_left);
+            }
             Some(parts_of(items, part.start, n_left))
         }
         None => {
@@ -347,16 +444,13 @@ fn parts_of(items: &[Item], start: usize, n_left: usize) -> [Part; 2] {
     [Part::of(left, start), Part::of(right, start + n_left)]
 }
 
-/// Moves the items that satisfy `is_left` to the front; returns how many there are. The order of the result depends on
-/// nothing but the input. Every item is swapped, be it with itself: nobody can predict on which side it lies.
-fn partition(items: &mut [Item], mut is_left: impl FnMut(&Item) -> bool) -> usize {
-    let mut n_left = 0;
-    for next in 0..items.len() {
-        let is_left = is_left(&items[next]);
-        items.swap(n_left, next);
-        n_left += usize::from(is_left);
-    }
-    n_left
+/// Moves the next item to the `n_left` ones before that are left of something, or leaves it behind these. The order
+/// depends on nothing but the input. The item is swapped in any case, be it with itself: nobody can predict on which
+/// side it lies.
+#[inline(always)]
+fn sort_in(items: &mut [Item], n_left: &mut usize, next: usize, is_left: bool) {
+    items.swap(*n_left, next);
+    *n_left += usize::from(is_left);
 }
 
 /// How the centres of a part fall into bins.
@@ -364,15 +458,14 @@ fn partition(items: &mut [Item], mut is_left: impl FnMut(&Item) -> bool) -> usiz
 struct Binning {
     lo: Vec3A,
     bins_per_unit: Vec3A,
-    n_bins: usize,
+    last: Vec3A,
 }
 
 impl Binning {
     /// From 2²³ on the last bit of an f32 counts units: addition rounds to whole numbers.
     const UNITS: f32 = 8_388_608.0;
 
-    fn new(part: &Part) -> Self {
-        let n_bins = (4 + part.len / 32).min(MAX_BINS);
+    fn new(part: &Part, n_bins: usize) -> Self {
         let extent = part.centers.extent();
         let per_unit = Vec3A::splat(n_bins as f32) / extent;
         // Everything falls into the first bin of an axis along which nothing differs.
@@ -380,156 +473,163 @@ impl Binning {
         Self {
             lo: part.centers.min.0,
             bins_per_unit: Vec3A::select(is_usable, per_unit, Vec3A::ZERO),
-            n_bins,
+            last: Vec3A::splat((n_bins - 1) as f32),
         }
     }
 
+    /// The bins along the axes of what is centred around half of `center`, plus [`Self::UNITS`].
     #[inline]
-    fn bins(&self, item: &Item) -> [usize; 3] {
-        let place = (item.center() - self.lo) * self.bins_per_unit + Vec3A::splat(Self::UNITS);
-        [place.x, place.y, place.z].map(|place| self.bin_at(place))
-    }
-
-    /// The bin along one axis.
-    #[inline]
-    fn bin(&self, item: &Item, axis: usize) -> usize {
-        let center = item.lo[axis] + item.hi[axis];
-        self.bin_at((center - self.lo[axis]) * self.bins_per_unit[axis] + Self::UNITS)
-    }
-
-    #[inline]
-    fn bin_at(&self, place: f32) -> usize {
-        ((place.to_bits() & 0x7f_ffff) as usize).min(self.n_bins - 1)
+    fn place(&self, center: Vec3A) -> Vec3A {
+        ((center - self.lo) * self.bins_per_unit).min(self.last) + Vec3A::splat(Self::UNITS)
     }
 }
 
+/// A border between bins.
 struct Plane {
     binning: Binning,
     axis: usize,
-    /// First bin of the right side.
-    bin: usize,
+    /// What is to the right of it has a place that is not less.
+    place: f32,
     /// Expected tests times half area of the parent.
     cost: f32,
-    /// All that is left of it, and right of it.
-    sides: [Bin; 2],
 }
 
 impl Plane {
-    /// Divides the items. What the bins know of both sides needs no second look.
-    fn divide(&self, items: &mut [Item], start: usize) -> [Part; 2] {
-        let mut centers = [Bounds3::EMPTY; 2];
-        let n_left = partition(items, |item| {
-            let is_left = self.binning.bin(item, self.axis) < self.bin;
-            let side = &mut centers[usize::from(!is_left)];
-            *side = side.with_point(Point3(item.center()));
-            is_left
-        });
-        debug_assert_eq!(n_left, self.sides[0].len as usize);
-        let part = |side: usize, start: usize, len: usize| Part {
-            start,
-            len,
-            n_slots: self.sides[side].n_slots as usize,
-            bounds: self.sides[side].bounds,
-            centers: centers[side],
-        };
-        let right = start + n_left;
-        [part(0, start, n_left), part(1, right, items.len() - n_left)]
+    /// Divides the items.
+    #[inline(always)]
+    fn divide<L: Lanes>(&self, lanes: L, items: &mut [Item], part: &Part) -> [Part; 2] {
+        // What is far outside of a box leaves it as it is. Both sides are updated: nobody can predict which it is.
+        const FAR: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
+        let empty = lanes.load(&Corners::EMPTY.0);
+        let (mut centers, mut bounds) = ([empty; 2], [empty; 2]);
+        let (mut n_left, mut n_slots) = (0, 0);
+        for next in 0..items.len() {
+            let item = &items[next];
+            let center = item.center();
+            let is_left = self.binning.place(center)[self.axis] < self.place;
+            n_slots += usize::from(is_left & item.is_slot());
+            let of_center = lanes.load(&Corners::of_point(center).0);
+            let of_item = lanes.load(&item.corners.0);
+            let is_side = [is_left, !is_left];
+            for side in 0..2 {
+                let far = lanes.splat(FAR[usize::from(is_side[side])]);
+                centers[side] = lanes.min(lanes.max(far, of_center), centers[side]);
+                bounds[side] = lanes.min(lanes.max(far, of_item), bounds[side]);
+            }
+            sort_in(items, &mut n_left, next, is_left);
+        }
+        let starts = [part.start, part.start + n_left];
+        let lens = [n_left, part.len - n_left];
+        let slots = [n_slots, part.n_slots - n_slots];
+        [0, 1].map(|side| Part {
+            start: starts[side],
+            len: lens[side],
+            n_slots: slots[side],
+            bounds: Corners(lanes.store(bounds[side])).bounds(),
+            centers: Corners(lanes.store(centers[side])).bounds(),
+        })
     }
 }
 
+/// What falls into a bin of each axis.
 #[derive(Clone, Copy)]
-struct Bin {
-    bounds: Bounds3,
-    len: u32,
-    n_slots: u32,
+struct Bins {
+    corners: [Corners; 3],
+    weights: [u32; 3],
 }
 
-impl Bin {
+impl Bins {
     const EMPTY: Self = Self {
-        bounds: Bounds3::EMPTY,
-        len: 0,
-        n_slots: 0,
+        corners: [Corners::EMPTY; 3],
+        weights: [0; 3],
     };
 
-    #[inline]
-    fn add(&mut self, other: &Self) {
-        self.bounds = self.bounds.union(other.bounds);
-        self.len += other.len;
-        self.n_slots += other.n_slots;
+    #[inline(always)]
+    fn add<L: Lanes>(&mut self, lanes: L, other: &Self) {
+        for axis in 0..3 {
+            self.corners[axis].add(lanes, &other.corners[axis]);
+            self.weights[axis] += other.weights[axis];
+        }
     }
 
-    #[inline]
-    fn cost(&self) -> f32 {
-        if self.len == 0 {
-            return 0.0;
-        }
-        // Not empty: an item's box is not.
-        let e = self.bounds.extent();
-        let half_area = e.x * e.y + e.y * e.z + e.z * e.x;
-        half_area * cost(self.len as usize, self.n_slots as usize)
+    /// Expected tests times half areas.
+    #[inline(always)]
+    fn costs(&self) -> Vec3A {
+        // Where nothing is, there are edges of −∞.
+        let [x, y, z] = self
+            .corners
+            .map(|corners| corners.extent().max(Vec3A::ZERO));
+        // From three lengths of each box to the lengths along each axis of all boxes.
+        let Mat3A {
+            x_axis: x,
+            y_axis: y,
+            z_axis: z,
+        } = Mat3A::from_cols(x, y, z).transpose();
+        (x * y + y * z + z * x) * Vec3A::from(self.weights.map(tests))
     }
 }
 
 /// The plane of least expected cost among the bin borders of the three axes.
-fn best_plane(items: &[Item], part: &Part) -> Option<Plane> {
+#[inline(always)]
+fn best_plane<L: Lanes>(lanes: L, items: &[Item], part: &Part) -> Option<Plane> {
     // Most parts are small, and need few bins to be cleared.
     const FEW: usize = 8;
-    let binning = Binning::new(part);
-    if binning.n_bins <= FEW {
-        best_border::<FEW>(items, binning)
+    let n_bins = (4 + part.len / 32).min(MAX_BINS);
+    if n_bins <= FEW {
+        best_border::<FEW, L>(lanes, items, part, n_bins)
     } else {
-        best_border::<MAX_BINS>(items, binning)
+        best_border::<MAX_BINS, L>(lanes, items, part, n_bins)
     }
 }
 
-/// The plane of least expected cost among the borders of at most `N` bins.
-fn best_border<const N: usize>(items: &[Item], binning: Binning) -> Option<Plane> {
-    let n_bins = binning.n_bins;
-    let mut bins = [[Bin::EMPTY; N]; 3];
-    for item in items {
-        let one = Bin {
-            bounds: item.bounds(),
-            len: 1,
-            n_slots: u32::from(item.is_slot()),
-        };
-        for (bins, bin) in bins.iter_mut().zip(binning.bins(item)) {
-            bins[bin].add(&one);
+/// The plane of least expected cost among the borders of `n_bins` ≤ `N` bins; `N` is a power of two.
+#[inline(always)]
+fn best_border<const N: usize, L: Lanes>(
+    lanes: L,
+    items: &[Item],
+    part: &Part,
+    n_bins: usize,
+) -> Option<Plane> {
+    let binning = Binning::new(part, n_bins);
+    let mut bins = [Bins::EMPTY; N];
+    let stride = items.len().div_ceil(MAX_BINNED);
+    let mut all = 0;
+    for item in items.iter().step_by(stride) {
+        let place = binning.place(item.center());
+        let weight = weight(item.is_slot());
+        for axis in 0..3 {
+            let bin = &mut bins[place[axis].to_bits() as usize % N];
+            bin.corners[axis].add(lanes, &item.corners);
+            bin.weights[axis] += weight;
         }
+        all += weight;
     }
-    // Cost, axis, and first bin of the right side.
-    let mut best: Option<(f32, usize, usize)> = None;
-    for (axis, bins) in bins.iter().enumerate() {
-        // Costs of everything to the right of each border, then sweep from the left.
-        let mut right_cost = [0f32; N];
-        let mut right = Bin::EMPTY;
-        for bin in (1..n_bins).rev() {
-            right.add(&bins[bin]);
-            right_cost[bin] = right.cost();
-        }
-        let mut left = Bin::EMPTY;
-        for bin in 1..n_bins {
-            left.add(&bins[bin - 1]);
-            if left.len == 0 || left.len as usize == items.len() {
-                continue;
-            }
-            let cost = left.cost() + right_cost[bin];
-            if best.is_none_or(|(least, ..)| cost < least) {
-                best = Some((cost, axis, bin));
-            }
-        }
+    // Costs of everything to the right of each border, along all axes at once, then a sweep from the left.
+    let mut right_costs = [Vec3A::ZERO; N];
+    let mut right = Bins::EMPTY;
+    for bin in (1..n_bins).rev() {
+        right.add(lanes, &bins[bin]);
+        right_costs[bin] = right.costs();
     }
-    let (cost, axis, bin) = best?;
-    let sum = |bins: &[Bin]| {
-        let mut sum = Bin::EMPTY;
-        bins.iter().for_each(|bin| sum.add(bin));
-        sum
-    };
-    let (left, right) = bins[axis][..n_bins].split_at(bin);
+    let mut left = Bins::EMPTY;
+    let (mut least, mut first) = (Vec3A::INFINITY, Vec3A::ZERO);
+    for bin in 1..n_bins {
+        left.add(lanes, &bins[bin - 1]);
+        let separates = left.weights.map(|weight| weight != 0 && weight != all);
+        let cost = left.costs() + right_costs[bin];
+        let is_less = BVec3A::from_array(separates) & cost.cmplt(least);
+        least = Vec3A::select(is_less, cost, least);
+        first = Vec3A::select(is_less, Vec3A::splat(bin as f32), first);
+    }
+    let axis = least.min_position();
+    let cost = least[axis];
+    if !(cost < f32::INFINITY) {
+        return None;
+    }
     Some(Plane {
         binning,
         axis,
-        bin,
-        cost,
-        sides: [sum(left), sum(right)],
+        place: first[axis] + Binning::UNITS,
+        cost: cost * stride as f32,
     })
 }
