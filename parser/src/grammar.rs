@@ -17,7 +17,7 @@ mod parameters;
 /// Reads what stands behind a keyword. `None` for an `Include`, which acts at once.
 type Rule = fn(&mut Parser<'_>) -> Parsed<Option<Directive>>;
 
-/// Every directive keyword of pbrt-v3 with its grammar, sorted by keyword.
+/// Every directive keyword of pbrt-v3 with its grammar.
 const DIRECTIVES: [(&str, Rule); 37] = [
     ("Accelerator", |p| {
         p.plugin().map(Directive::Accelerator).map(Some)
@@ -116,9 +116,23 @@ pub fn parse_all(
     roots: &[FileId],
     loader: &dyn Loader,
 ) -> (SceneFile, Diagnostics) {
+    let mut directives = Vec::new();
+    let found = parse_each(sources, roots, loader, &mut |directive| {
+        directives.push(directive);
+    });
+    (SceneFile { directives }, found)
+}
+
+/// The same, each directive handed to `take` when it is read: they need not all be in memory at once.
+pub fn parse_each(
+    sources: &mut Sources,
+    roots: &[FileId],
+    loader: &dyn Loader,
+    take: &mut dyn FnMut(Spanned<Directive>),
+) -> Diagnostics {
     let mut parser = Parser {
         tokens: TokenStream::new(sources, loader),
-        directives: Vec::new(),
+        take,
     };
     for &root in roots {
         parser.tokens.open(root);
@@ -127,12 +141,7 @@ pub fn parse_all(
             break;
         }
     }
-    (
-        SceneFile {
-            directives: parser.directives,
-        },
-        parser.tokens.report.finish(),
-    )
+    parser.tokens.report.finish()
 }
 
 /// The fault is reported; what follows is no longer understood up to the next keyword.
@@ -144,7 +153,7 @@ type Parsed<T> = Result<T, Resync>;
 /// The state of one parse.
 struct Parser<'a> {
     tokens: TokenStream<'a>,
-    directives: Vec<Spanned<Directive>>,
+    take: &'a mut dyn FnMut(Spanned<Directive>),
 }
 
 impl Parser<'_> {
@@ -165,9 +174,10 @@ impl Parser<'_> {
                 }
             };
             match parsed {
-                Ok(Some(directive)) => self
-                    .directives
-                    .push(Spanned::new(directive, self.tokens.extent())),
+                Ok(Some(directive)) => {
+                    let extent = self.tokens.extent();
+                    (self.take)(Spanned::new(directive, extent));
+                }
                 Ok(None) => {}
                 Err(Resync) => self.resync(),
             }
@@ -403,8 +413,11 @@ impl Parser<'_> {
             return None;
         }
         let text = self.tokens.text(lexeme);
-        let found = DIRECTIVES.binary_search_by(|(keyword, _)| keyword.as_bytes().cmp(text));
-        found.ok().map(|at| DIRECTIVES[at].1)
+        // Most differ in length already.
+        let found = DIRECTIVES
+            .iter()
+            .find(|(keyword, _)| keyword.as_bytes() == text);
+        found.map(|&(_, rule)| rule)
     }
 
     /// The text between the quotes, escapes undone.
@@ -450,11 +463,6 @@ mod tests {
     use crate::include::NoIncludes;
     use crate::schema::DIRECTIVES;
     use crate::source::Sources;
-
-    #[test]
-    fn keywords_are_sorted_for_their_search() {
-        assert!(keywords().is_sorted());
-    }
 
     #[test]
     fn the_grammar_knows_the_keywords_of_the_schema() {

@@ -40,7 +40,7 @@ pub mod source;
 
 pub use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 pub use crate::directive::{Directive, SceneFile};
-pub use crate::grammar::{parse, parse_all};
+pub use crate::grammar::{parse, parse_all, parse_each};
 pub use crate::include::{LoadError, Loaded, Loader, NoIncludes};
 pub use crate::print::print;
 pub use crate::source::{FileId, SourceBytes, Sources, Span, Spanned};

@@ -34,8 +34,8 @@ pub(super) struct Seconds {
     pub(super) wall: f64,
     /// Of all threads.
     pub(super) cpu: Option<f64>,
+    /// Reading scene files and following their directives.
     pub(super) parse: f64,
-    pub(super) describe: f64,
     /// This and the following are sums over the pictures.
     pub(super) compile: f64,
     pub(super) render: f64,
@@ -348,8 +348,8 @@ impl Seconds {
     /// For people.
     pub(super) fn text(&self, peak_memory_bytes: Option<u64>) -> String {
         let mut text = format!(
-            "  time       {:.3} s: parse {:.3}, describe {:.3}, compile {:.3}, render {:.3}, write {:.3}",
-            self.wall, self.parse, self.describe, self.compile, self.render, self.write
+            "  time       {:.3} s: parse {:.3}, compile {:.3}, render {:.3}, write {:.3}",
+            self.wall, self.parse, self.compile, self.render, self.write
         );
         if let (Some(cpu), Some(bytes)) = (self.cpu, peak_memory_bytes) {
             let mebibytes = bytes as f64 / f64::from(1 << 20);

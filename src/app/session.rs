@@ -21,7 +21,7 @@ use super::plan::{Input, Plan, Task};
 use super::report::{Finding, JobReport, PictureReport, Report};
 use super::resources;
 use crate::compile::{Compiled, compile};
-use crate::describe::describe;
+use crate::describe::Builder;
 use crate::describe::description::Frame;
 use crate::image::codec::{Attribute, Precision};
 use crate::integrator::bdpt::Strategy;
@@ -97,13 +97,11 @@ impl<'a> Session<'a> {
             Place::new(outfile).map_err(|why| self.stop("unwritable-output", None, why))?;
         }
         let roots = self.open()?;
-        let scene = self.parse(&roots);
         if self.plan.task == Task::Cat {
+            let scene = self.parse(&roots);
             return self.cat(&scene);
         }
-        self.go_on()?;
-        let frames = self.describe(scene);
-        self.go_on()?;
+        let frames = self.describe(&roots)?;
         if frames.is_empty() {
             return Err(Stop);
         }
@@ -154,12 +152,20 @@ impl<'a> Session<'a> {
         scene
     }
 
-    fn describe(&mut self, scene: SceneFile) -> Vec<Frame> {
+    /// Follows directives as they are parsed.
+    fn describe(&mut self, roots: &[FileId]) -> Result<Vec<Frame>, Stop> {
         let start = Instant::now();
-        let (description, found) = describe(scene);
-        self.report.seconds.describe = seconds_since(start);
+        let mut builder = Builder::default();
+        let take = &mut |directive| builder.directive(directive);
+        let misread = tyndall_parser::parse_each(&mut self.sources, roots, &self.files, take);
+        let (description, found) = builder.finish();
+        self.report.seconds.parse = seconds_since(start);
+        self.judge(misread);
+        // Findings about what was not understood would mislead.
+        self.go_on()?;
         self.judge(found);
-        description.frames
+        self.go_on()?;
+        Ok(description.frames)
     }
 
     fn cat(&mut self, scene: &SceneFile) -> Result<(), Stop> {

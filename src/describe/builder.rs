@@ -15,9 +15,10 @@ mod entities;
 mod shapes;
 mod transforms;
 
-/// The frames finished so far and the one in the making.
+/// The frames finished so far and the one in the making: for directives that come one by one, see
+/// [`describe`](super::describe) for all at once.
 #[derive(Debug, Default)]
-pub(super) struct Builder {
+pub struct Builder {
     diagnostics: Diagnostics,
     suggester: Suggester,
     frames: Vec<Frame>,
@@ -28,7 +29,7 @@ pub(super) struct Builder {
 
 impl Builder {
     /// Follows one directive.
-    pub(super) fn directive(&mut self, directive: Spanned<Directive>) {
+    pub fn directive(&mut self, directive: Spanned<Directive>) {
         let Spanned {
             value: directive,
             span,
@@ -103,7 +104,7 @@ impl Builder {
     }
 
     /// The frames and everything found.
-    pub(super) fn finish(mut self) -> (SceneDescription, Diagnostics) {
+    pub fn finish(mut self) -> (SceneDescription, Diagnostics) {
         if let Some(world_begin) = self.draft.world {
             self.diagnostics.push(
                 Diagnostic::error(

@@ -11,6 +11,8 @@ mod names;
 mod state;
 mod transform;
 
+pub use builder::Builder;
+
 use description::SceneDescription;
 use tyndall_parser::diagnostic::Diagnostics;
 use tyndall_parser::directive::SceneFile;
@@ -18,7 +20,7 @@ use tyndall_parser::directive::SceneFile;
 /// What a scene file means, and what is wrong with it. Never fails: a directive that cannot be followed is
 /// reported and left out, as pbrt-v3 does. Parameters are moved, not copied.
 pub fn describe(file: SceneFile) -> (SceneDescription, Diagnostics) {
-    let mut builder = builder::Builder::default();
+    let mut builder = Builder::default();
     for directive in file.directives {
         builder.directive(directive);
     }

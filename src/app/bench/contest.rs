@@ -159,10 +159,7 @@ impl<'a> Contest<'a> {
         let report = std::fs::read(&report).unwrap_or_default();
         let report: Value = serde_json::from_slice(&report).unwrap_or_default();
         let seconds = |phase: &str| report["seconds"][phase].as_f64();
-        run.load_seconds = ["parse", "describe", "compile"]
-            .map(seconds)
-            .into_iter()
-            .sum();
+        run.load_seconds = ["parse", "compile"].map(seconds).into_iter().sum();
         let is_a_picture = [Outcome::Substituted, Outcome::LostSamples]
             .iter()
             .any(|outcome| ended.code == Some(outcome.code().into()));
