@@ -56,6 +56,8 @@ fn resampled<const N: usize>(image: &Image, columns: &[Taps], rows: &[Taps]) -> 
             // The last few old rows at the new width.
             let mut wide: [(Option<usize>, Vec<f32>); N_TAPS] = Default::default();
             for (row, taps) in band.chunks_exact_mut(row_length).zip(rows) {
+                // Fresh memory that is read first is mapped twice by the system.
+                row.fill(0.0);
                 for (texel, weight) in taps.texels.iter().zip(taps.weights) {
                     let Some(y) = *texel else { continue };
                     let (kept, wide) = &mut wide[y % N_TAPS];

@@ -28,7 +28,31 @@ pub fn to_byte(linear: f32) -> u8 {
 
 /// Every sample of an image to linear, in place.
 pub fn linearize(image: &mut Image) {
+    // Most samples are 8-bit codes.
+    let stored = |code: usize| code as f32 / 255.0;
+    let linear: [f32; 256] = std::array::from_fn(|code| to_linear(stored(code)));
     for sample in image.data_mut() {
-        *sample = to_linear(*sample);
+        let code = usize::from((*sample * 255.0 + 0.5) as u8);
+        *sample = if stored(code) == *sample {
+            linear[code]
+        } else {
+            to_linear(*sample)
+        };
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn pictures_become_linear_as_single_samples_do() {
+        let codes = (0..=255u8).map(|code| f32::from(code) / 255.0);
+        let others = [0.5, 0.1, 1.5, -0.25, 1e-9, 1e30, f32::INFINITY];
+        let stored: Vec<f32> = codes.chain(others).collect();
+        let mut image = Image::new(stored.len(), 1, 1, stored.clone()).expect("a picture");
+        linearize(&mut image);
+        let expected: Vec<f32> = stored.into_iter().map(to_linear).collect();
+        assert_eq!(image.data(), expected);
     }
 }

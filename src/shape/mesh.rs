@@ -1,6 +1,6 @@
 //! Triangle meshes. Vertices are in render space; scene-file manual: `trianglemesh`, `plymesh`.
 
-use glam::DVec3;
+use glam::{DVec3, Vec3A};
 
 use crate::accel::RayShear;
 use crate::math::error::{EPSILON, gamma};
@@ -75,13 +75,17 @@ impl Mesh {
 
     /// Box around a triangle; empty if its area is zero or a vertex is not finite.
     pub fn bounds(&self, triangle: u32) -> Bounds3 {
-        let n = self.area_normal(triangle);
-        if n == DVec3::ZERO || !n.is_finite() {
-            return Bounds3::EMPTY;
+        let [p0, p1, p2] = self.corners(triangle).map(Vec3A::from);
+        if !is_surely_solid([p0, p1, p2]) {
+            let n = self.area_normal(triangle);
+            if n == DVec3::ZERO || !n.is_finite() {
+                return Bounds3::EMPTY;
+            }
         }
-        self.corners(triangle)
-            .into_iter()
-            .fold(Bounds3::EMPTY, |b, p| b.with_point(p.into()))
+        Bounds3 {
+            min: Point3(p0.min(p1).min(p2)),
+            max: Point3(p0.max(p1).max(p2)),
+        }
     }
 
     /// Area of a triangle.
@@ -275,6 +279,17 @@ fn weights(barycentric: [f32; 2]) -> [f64; 3] {
     [b0, b1, 1.0 - b0 - b1]
 }
 
+/// Whether rounding cannot hide that a triangle has no area: most have, and need no f64. False also where numbers do
+/// not fit f32.
+#[inline]
+fn is_surely_solid([p0, p1, p2]: [Vec3A; 3]) -> bool {
+    // Squared sine of the angle at the first corner.
+    const CLEAR: f32 = 1e-6;
+    let (a, b) = (p1 - p0, p2 - p0);
+    let n2 = a.cross(b).length_squared();
+    n2 > CLEAR * (a.length_squared() * b.length_squared()) && n2 < f32::INFINITY
+}
+
 /// See [`Mesh::area_normal`].
 #[inline]
 fn area_normal([p0, p1, p2]: [DVec3; 3]) -> DVec3 {
@@ -359,5 +374,37 @@ mod tests {
             let hit = mesh.intersect(0, &RayShear::new(&ray), f32::INFINITY);
             assert_eq!(hit, None, "{positions:?} {ray:?}");
         }
+    }
+
+    #[test]
+    fn boxes_are_empty_exactly_where_triangles_have_no_area() {
+        let mut rng = Rng::new(2);
+        let mut n_empty = 0;
+        for k in 0..200_000 {
+            let scale = 2f32.powi(k % 251 - 125);
+            let point = |w: Vec3| (w.0 * scale).to_array();
+            let (a, b) = (
+                uniform_sphere(rng.uniform2()),
+                uniform_sphere(rng.uniform2()),
+            );
+            let c = match k / 251 % 5 {
+                0 => uniform_sphere(rng.uniform2()),
+                // On a line with the others, up to rounding.
+                1 => a + (b - a) * rng.uniform(),
+                2 => a + (b - a) * 2.0,
+                3 => b + uniform_sphere(rng.uniform2()) * 10f32.powi(-(k % 9)),
+                _ => a,
+            };
+            let mesh = Mesh {
+                positions: [a, b, c].map(point).to_vec(),
+                triangles: vec![[0, 1, 2]],
+                ..Mesh::default()
+            };
+            let n = mesh.area_normal(0);
+            let is_empty = n == DVec3::ZERO || !n.is_finite();
+            assert_eq!(mesh.bounds(0).is_empty(), is_empty, "{:?}", mesh.positions);
+            n_empty += usize::from(is_empty);
+        }
+        assert!(n_empty > 40_000, "{n_empty}");
     }
 }

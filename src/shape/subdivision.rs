@@ -123,17 +123,19 @@ fn twins_of(triangles: &[[u32; 3]]) -> Result<Vec<u32>, SubdivisionError> {
         let [a, b] = ends(half);
         [a.min(b), a.max(b)]
     };
-    let mut halves: Vec<u32> = (0..3 * triangles.len() as u32).collect();
-    halves.sort_unstable_by_key(|&half| (key(half), half));
+    let mut halves: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32)
+        .map(|half| (key(half), half))
+        .collect();
+    halves.sort_unstable();
     let mut twins = vec![NONE; halves.len()];
-    for shared in halves.chunk_by(|&a, &b| key(a) == key(b)) {
+    for shared in halves.chunk_by(|(a, _), (b, _)| a == b) {
         match *shared {
             [_] => {}
-            [a, b] if ends(a)[0] == ends(b)[1] => {
+            [(_, a), (_, b)] if ends(a)[0] == ends(b)[1] => {
                 (twins[a as usize], twins[b as usize]) = (b, a);
             }
-            [a, _] => return Err(SubdivisionError::TurnedEdge(key(a))),
-            _ => return Err(SubdivisionError::CrowdedEdge(key(shared[0]))),
+            [(edge, _), _] => return Err(SubdivisionError::TurnedEdge(edge)),
+            _ => return Err(SubdivisionError::CrowdedEdge(shared[0].0)),
         }
     }
     Ok(twins)
@@ -314,11 +316,15 @@ impl Surface {
     /// Cross products of the limit tangents.
     fn normals(&self) -> Vec<DVec3> {
         let mut ring = Vec::new();
+        // Every vertex that refining makes has six neighbours.
+        let six = circle(6);
         let normal = |(&first, &p): (&u32, &DVec3)| {
             if self.ring(first, &mut ring) {
                 boundary_normal(&ring, p)
+            } else if ring.len() == six.len() {
+                inside_normal(&ring, &six)
             } else {
-                inside_normal(&ring)
+                inside_normal(&ring, &circle(ring.len()))
             }
         };
         self.fans()
@@ -329,10 +335,16 @@ impl Surface {
     }
 }
 
-fn inside_normal(ring: &[DVec3]) -> DVec3 {
+/// Sines and cosines of `n` directions evenly around a circle.
+fn circle(n: usize) -> Vec<(f64, f64)> {
+    (0..n)
+        .map(|k| (TAU * k as f64 / n as f64).sin_cos())
+        .collect()
+}
+
+fn inside_normal(ring: &[DVec3], circle: &[(f64, f64)]) -> DVec3 {
     let (mut s, mut t) = (DVec3::ZERO, DVec3::ZERO);
-    for (k, p) in ring.iter().enumerate() {
-        let (sin, cos) = (TAU * k as f64 / ring.len() as f64).sin_cos();
+    for (p, &(sin, cos)) in ring.iter().zip(circle) {
         s += *p * cos;
         t += *p * sin;
     }

@@ -169,9 +169,15 @@ impl Loaded {
         let mut bounds = bounds_of(&self.shapes);
         for object in &self.objects {
             let corners = bounds_of(&object.shapes).corners();
-            for transform in object.placements.iter().flat_map(Placement::ends) {
+            let mut add = |transform: &Transform| {
                 for corner in corners {
                     bounds.add(transform.point(corner));
+                }
+            };
+            for placement in &object.placements {
+                match placement {
+                    Placement::Still(transform) => add(transform),
+                    Placement::Moving(moving) => moving.keys().iter().for_each(&mut add),
                 }
             }
         }
