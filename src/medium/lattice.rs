@@ -3,7 +3,7 @@
 //! Between the planes through the lattice's points the density along a ray is a cubic polynomial: two points integrate
 //! it exactly (Gauss and Legendre), and where its integral reaches a value is found to the last digits.
 
-use glam::{BVec3A, Vec3A, Vec4};
+use glam::{BVec3A, Vec3A, Vec3Swizzles, Vec4};
 
 use crate::math::{greater, lesser};
 
@@ -327,6 +327,8 @@ pub(super) struct March {
     corner: Vec3A,
     /// Distances of the planes ahead.
     border: Vec3A,
+    /// Distances of the planes behind those: the next step need not wait for them.
+    beyond: Vec3A,
 }
 
 impl March {
@@ -339,6 +341,7 @@ impl March {
             t: t0,
             corner,
             border: ray.exits(corner, lattice.n),
+            beyond: ray.exits(corner + ray.step, lattice.n),
         }
     }
 
@@ -351,16 +354,18 @@ impl March {
     /// The next stretch before `t1`, perhaps of no length; `t1` is ahead. Corners are up to `last_corner`.
     #[inline]
     fn next(&mut self, ray: &LatticeRay, last_corner: Vec3A, t1: f32) -> Piece {
+        let nearest = self.border.min(self.border.yzx()).min(self.border.zxy());
         // Distances may be too coarse to tell planes apart: then the stretch has no length.
-        let end = greater(lesser(self.border.min_element(), t1), self.t);
+        let end = greater(lesser(nearest.x, t1), self.t);
         let piece = Piece {
             t0: self.t,
             t1: end,
             corner: self.corner.clamp(Vec3A::ZERO, last_corner),
         };
-        let crossed = self.border.cmple(Vec3A::splat(end));
+        let crossed = self.border.cmple(nearest) & self.border.cmple(Vec3A::splat(t1));
+        self.border = Vec3A::select(crossed, self.beyond, self.border);
         self.corner += Vec3A::select(crossed, ray.step, Vec3A::ZERO);
-        self.border = ray.exits(self.corner, last_corner);
+        self.beyond = ray.exits(self.corner + ray.step, last_corner);
         self.t = end;
         piece
     }
