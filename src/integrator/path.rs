@@ -79,7 +79,7 @@ struct State<'a, O> {
     rng: Rng,
     ray: Ray,
     medium: MediumId,
-    /// The medium is that of a cloud, wherever the path is: it does not ask for walls.
+    /// The medium is that of a cloud, wherever the path is, from beginning to end: it does not ask for walls.
     past_walls: bool,
     /// The ray comes from a collision, and meets no surface before the next.
     is_clear: bool,
@@ -217,7 +217,10 @@ impl Path {
             }
             crossings = 0;
 
-            let ctx = texture_context(&surface, differential.take());
+            // Footprints are not known behind null surfaces, as in pbrt-v3.
+            let passes_wall = || state.past_walls && world.passes_wall(&state.ray, hit.at.t);
+            let footprint = differential.take().filter(|_| !passes_wall());
+            let ctx = texture_context(&surface, footprint);
             let (materials, textures) = (world.materials(), world.textures());
             let frame = materials.shading_frame(material, &surface, &ctx, textures);
             let mut bsdf = Bsdf::new(frame, surface.ng);

@@ -219,7 +219,13 @@ impl GridMedium {
         &self.precise_lattice_from_render
     }
 
-    /// Leaves no density outside of a box, given in units of voxels, within which places are known up to `rounding`.
+    /// Corners of the voxels' box, in the same units.
+    pub fn extent(&self) -> [DVec3; 2] {
+        self.density.lattice.extent().map(|p| p.as_dvec3())
+    }
+
+    /// Leaves no density outside of a box, given in units of voxels, within which places are known up to `rounding`. Some
+    /// of the grid is in the box.
     pub fn confine(&mut self, low: DVec3, high: DVec3, rounding: f64) {
         self.density
             .majorants

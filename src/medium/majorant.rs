@@ -56,10 +56,11 @@ impl MajorantGrid {
         self.max
     }
 
-    /// Leaves nothing outside of a box.
+    /// Leaves nothing outside of a box that shares some of the domain.
     pub(super) fn confine(&mut self, low: Vec3A, high: Vec3A) {
         self.begin = self.begin.max(low);
         self.end = self.end.min(high);
+        debug_assert!(self.begin.cmple(self.end).all(), "they share something");
     }
 
     /// The part of (0, `t_max`) in which the ray o + t d is inside the domain; always finite.

@@ -50,6 +50,10 @@ impl World {
         let walls = walls?;
         let around = GridBox::around(grid, &walls)?;
         let medium = MediumId::new(0);
+        // Who says to be in the medium may be beside its box, and must find all of the grid there.
+        if around.cuts() && (self.camera_medium == medium || self.light_media.contains(&medium)) {
+            return None;
+        }
         let said = self.said_around(around.center(), 0.0);
         if !said.into_iter().all(|said| said == Some(medium)) {
             return None;
@@ -118,6 +122,13 @@ impl World {
         })
     }
 
+    /// Whether a ray passes a wall before `t_max`.
+    pub fn passes_wall(&self, ray: &Ray, t_max: f32) -> bool {
+        self.any_where(ray, t_max, |hit| {
+            self.geometry(hit.target.geometry).media.is_some()
+        })
+    }
+
     /// As [`World::transmittance`] in the medium of a cloud, past its walls.
     pub fn transmittance_past_walls(
         &self,
@@ -160,7 +171,7 @@ impl World {
 }
 
 impl<'a> GridBox<'a> {
-    /// The box that the walls are, each of their triangles on one of its sides.
+    /// The box that the walls are, each of their triangles on one of its sides, if some of the grid is in it.
     fn around(grid: &'a GridMedium, walls: &[&Mesh]) -> Option<Self> {
         let triangles = || walls.iter().flat_map(|mesh| triangles(mesh));
         let corners = || triangles().flatten().map(to_f64);
@@ -168,16 +179,29 @@ impl<'a> GridBox<'a> {
         let matrix = grid.lattice_from_render().matrix3.to_cols_array();
         let voxels_per_unit = matrix.into_iter().map(f64::abs).fold(0.0, f64::max);
         let lattice = || corners().map(|p| grid.lattice_from_render().transform_point3(p));
+        let low = lattice().fold(DVec3::INFINITY, DVec3::min);
+        let high = lattice().fold(DVec3::NEG_INFINITY, DVec3::max);
+        // Of places in render space, and of those in the grid.
+        let largest = farthest * voxels_per_unit + low.abs().max(high.abs()).max_element();
         let this = Self {
             grid,
-            low: lattice().fold(DVec3::INFINITY, DVec3::min),
-            high: lattice().fold(DVec3::NEG_INFINITY, DVec3::max),
-            rounding: OPERATIONS * f64::from(EPSILON) * farthest * voxels_per_unit,
+            low,
+            high,
+            rounding: OPERATIONS * f64::from(EPSILON) * largest,
         };
         // In this order, so that what is no number is no box.
         let is_precise = this.rounding < PRECISE * (this.high - this.low).min_element();
         let is_box = triangles().all(|triangle| this.is_on_a_side(triangle));
-        (is_precise && is_box && is_closed(triangles())).then_some(this)
+        let [begin, end] = grid.extent();
+        let holds_some = (this.low.cmplt(end) & this.high.cmpgt(begin)).all();
+        (is_precise && is_box && holds_some && is_closed(triangles())).then_some(this)
+    }
+
+    /// Whether some of the grid is outside.
+    fn cuts(&self) -> bool {
+        let [begin, end] = self.grid.extent();
+        let (low, high) = (self.low - self.rounding, self.high + self.rounding);
+        (low.cmpgt(begin) | high.cmplt(end)).any()
     }
 
     fn center(&self) -> Point3 {
@@ -278,13 +302,14 @@ mod tests {
     use super::*;
     use crate::ids::{LightId, MaterialId, ObjectId};
     use crate::light::{InfiniteLight, Light, Wanted};
-    use crate::math::{Normal3, Transform, Vec3};
+    use crate::math::{Motion, Normal3, Transform, Vec3};
     use crate::medium::{DensityGrid, Homogeneous};
     use crate::sampling::warp::uniform_sphere;
     use crate::scatter::HenyeyGreenstein;
     use crate::shape::Quadric;
     use crate::shape::quadric::{Form, Sphere};
-    use crate::world::{Cutout, MediumInterface, Receiver, WorldParts};
+    use crate::texture::FloatSource;
+    use crate::world::{Cutout, Instance, MediumInterface, Receiver, WorldParts};
     use glam::{DAffine3, DQuat};
 
     const CLOUD: MediumId = MediumId(0);
@@ -339,16 +364,49 @@ mod tests {
         }
     }
 
+    /// A flat panel.
+    fn panel(corners: [[f32; 3]; 3]) -> Geometry {
+        let mesh = Mesh {
+            positions: corners.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        geometry(Shape::Mesh(mesh), MATTE)
+    }
+
+    /// An object that is a small ball, and where it is placed.
+    fn add_instance(parts: &mut WorldParts, place: DVec3) {
+        parts.n_objects = 1;
+        parts.geometries.push(Geometry {
+            object: ObjectId::new(0),
+            ..ball(0.1, DVec3::ZERO, MATTE)
+        });
+        parts.instances.push(Instance {
+            object: ObjectId::new(0),
+            render_from_object: Motion::Still(Transform::scale_translate(1.0, place)),
+        });
+    }
+
+    fn fog() -> Medium {
+        let phase = HenyeyGreenstein { g: 0.0 };
+        Medium::Homogeneous(Homogeneous::new(Rgb::ONE, Rgb::ONE, phase))
+    }
+
     /// A clumpy cloud whose walls cut off some of its grid, and a ball beside it.
     fn parts() -> WorldParts {
+        // Its grid reaches from −1.2 to 1.3.
+        let unit_from_render = DAffine3::from_scale(DVec3::splat(1.0 / 2.5))
+            * DAffine3::from_translation(DVec3::splat(1.2));
+        parts_with(unit_from_render)
+    }
+
+    /// The same with a grid anywhere.
+    fn parts_with(unit_from_render: DAffine3) -> WorldParts {
         let n = [12, 9, 10];
         let mut rng = Rng::new(6);
         let values: Vec<f32> = (0..n.iter().product())
             .map(|_| (2.0 * rng.uniform() - 1.0).max(0.0))
             .collect();
-        // From −1.2 to 1.3.
-        let unit_from_render = DAffine3::from_scale(DVec3::splat(1.0 / 2.5))
-            * DAffine3::from_translation(DVec3::splat(1.2));
         let grid = GridMedium::new(
             DensityGrid::new(n, &values),
             &Transform::from_affine(unit_from_render).expect("invertible"),
@@ -401,6 +459,28 @@ mod tests {
             Some(taken)
         );
 
+        // Instances in the box, and panels through it, are in the way; those beside it are not, however near.
+        for (place, expected) in [
+            (DVec3::new(0.9, 0.0, 0.0), taken),
+            (DVec3::new(1.11, 0.0, 0.0), clear),
+        ] {
+            assert_eq!(with(|parts| add_instance(parts, place)), Some(expected));
+        }
+        for (x, expected) in [(1.9, taken), (2.1, clear)] {
+            // From the axis to the edge at (1, 1), or beyond it.
+            let tilted = panel([[x, 0.0, -5.0], [0.0, x, -5.0], [0.0, x, 9.0]]);
+            assert_eq!(with(|parts| parts.geometries.push(tilted)), Some(expected));
+        }
+        // A floor in the plane of a wall, whichever of the two is met first.
+        for first in [true, false] {
+            let floor = panel([[-9.0, -1.0, -9.0], [-9.0, -1.0, 30.0], [30.0, -1.0, -9.0]]);
+            let at = |n: usize| if first { 0 } else { n };
+            assert_eq!(
+                with(|parts| parts.geometries.insert(at(parts.geometries.len()), floor)),
+                Some(taken)
+            );
+        }
+
         // Walls that are no box along the axes, have a hole, are more than walls, or face the other way.
         let turned = walls(DQuat::from_rotation_z(0.1));
         assert_eq!(with(|parts| parts.geometries[0] = turned), None);
@@ -417,6 +497,19 @@ mod tests {
             with(|parts| parts.geometries[0].first_light = LightId::new(0)),
             None
         );
+        let mask = Some(FloatSource::Constant(1.0));
+        assert_eq!(with(|parts| parts.geometries[0].cutout.alpha = mask), None);
+        assert_eq!(
+            with(|parts| {
+                let wall = parts.geometries[0].clone();
+                add_instance(parts, DVec3::ZERO);
+                parts.geometries[2] = Geometry {
+                    object: ObjectId::new(0),
+                    ..wall
+                };
+            }),
+            None
+        );
         let flip = |mesh: &mut Mesh| mesh.triangles.iter_mut().for_each(|t| t.swap(0, 1));
         assert_eq!(with(|parts| first_mesh(parts, flip)), None);
         let media = parts().geometries[0].media;
@@ -425,11 +518,38 @@ mod tests {
             ..ball(3.0, DVec3::ZERO, MaterialId::NONE)
         };
         assert_eq!(with(|parts| parts.geometries[0] = shell), None);
-        // Other media.
-        let fog = || {
-            let phase = HenyeyGreenstein { g: 0.0 };
-            Medium::Homogeneous(Homogeneous::new(Rgb::ONE, Rgb::ONE, phase))
+        // A grid beside the box, and grids and boxes so large or far that places in them are coarse.
+        let grid_at = |scale: f64, shift: f64| {
+            let unit_from_render = DAffine3::from_scale(DVec3::splat(1.0 / scale))
+                * DAffine3::from_translation(DVec3::splat(shift));
+            World::new(parts_with(unit_from_render)).cloud
         };
+        assert_eq!(grid_at(2.5, 1.2), Some(clear));
+        assert_eq!(grid_at(2.5, -1.1), None);
+        assert_eq!(grid_at(2.5, 3.6), None);
+        assert_eq!(grid_at(250.0, 120.0), Some(clear));
+        assert_eq!(grid_at(2.5e4, 1.2e4), None);
+        let shift = |mesh: &mut Mesh| mesh.positions.iter_mut().for_each(|p| p[0] += 1e4);
+        assert_eq!(
+            World::new({
+                let mut parts = parts_with(DAffine3::from_translation(DVec3::new(-1e4, 0.5, 0.5)));
+                first_mesh(&mut parts, shift);
+                parts
+            })
+            .cloud,
+            None
+        );
+        // Whoever says to be in a cloud of which some is cut off may see that part.
+        assert_eq!(with(|parts| parts.camera_medium = CLOUD), None);
+        assert_eq!(with(|parts| parts.light_media = vec![CLOUD]), None);
+        let mut whole = parts_with(DAffine3::from_scale_rotation_translation(
+            DVec3::splat(0.5),
+            DQuat::IDENTITY,
+            DVec3::splat(0.5),
+        ));
+        whole.camera_medium = CLOUD;
+        assert_eq!(World::new(whole).cloud, Some(clear));
+        // Other media.
         assert_eq!(with(|parts| parts.media.push(fog())), None);
         assert_eq!(with(|parts| parts.media[0] = fog()), None);
     }
@@ -450,10 +570,12 @@ mod tests {
     #[test]
     fn light_passes_a_cloud_as_it_passes_its_walls() {
         let world = World::new(parts());
-        let by_walls = World {
-            cloud: None,
-            ..world.clone()
-        };
+        let by_walls = World::new({
+            let mut parts = parts();
+            parts.media.push(fog());
+            parts
+        });
+        assert_eq!((world.cloud.is_some(), by_walls.cloud), (true, None));
         let mut rng = Rng::new(8);
         let (mut tally, mut dimmed, mut blocked) = (ShadowTally::default(), 0, 0);
         for k in 0..20_000 {

@@ -58,9 +58,7 @@ impl LightSample {
             self.heuristic.weight(self.pdf, pdf_w)
         }
     }
-}
 
-impl LightSample {
     /// What must be free for the light to arrive.
     pub(super) fn segment(&self) -> &Segment {
         &self.shadow

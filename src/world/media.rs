@@ -11,8 +11,6 @@ use crate::world::{ElementRef, Hit, Segment, World, spawn_ray};
 
 /// Directions in which the surroundings of a point are looked at.
 const N_LOOKS: u32 = 64;
-/// Most surfaces passed on the way to a boundary.
-const MAX_LOOK: usize = 1 << 12;
 
 /// What was met on the way to lights, counted by whoever traces.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -113,17 +111,12 @@ impl World {
             .collect()
     }
 
-    /// The medium on the near side of the first boundary that a ray meets.
-    fn medium_before_boundary(&self, mut ray: Ray) -> Option<MediumId> {
-        for _ in 0..=self.max_crossings().min(MAX_LOOK) {
-            let hit = self.closest(&ray, f32::INFINITY)?;
-            let place = self.place(&ray, &hit);
-            if let Some(interface) = &self.geometry(hit.target.geometry).media {
-                return Some(interface.toward(place.ng, -ray.d));
-            }
-            ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
-        }
-        None
+    /// The medium on the near side of the first boundary that a ray meets, past all other surfaces.
+    fn medium_before_boundary(&self, ray: Ray) -> Option<MediumId> {
+        let media = |hit: &Hit| self.geometry(hit.target.geometry).media;
+        let hit = self.closest_where(&ray, f32::INFINITY, |hit| media(hit).is_some())?;
+        let place = self.place(&ray, &hit);
+        media(&hit).map(|interface| interface.toward(place.ng, -ray.d))
     }
 
     /// Unbiased estimate of the light that passes along a segment that starts in `medium`: through media and null

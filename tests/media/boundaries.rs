@@ -117,10 +117,7 @@ fn a_grid_on_its_plateau_is_a_homogeneous_medium() {
 #[test]
 fn a_cloud_in_a_box_looks_as_it_does_among_other_media() {
     // Where it is the only medium, its walls are not asked for: not when they cut off some of its grid, nor if surfaces
-    // are in the box, nor if the camera is.
-    let nebula = Nebula::ragged([5, 4, 6], [-1.3; 3], [1.2; 3]);
-    let coefficients = ([0.1, 0.2, 0.3], [1.5, 1.0, 2.0]);
-    let cloud = nebula.medium("cloud", coefficients.0, coefficients.1, 0.3);
+    // are in the box, nor if the camera is. A grid beside the box is nowhere.
     let lamp = "LightSource \"point\" \"point from\" [2 3 -3] \"rgb I\" [9 9 9]\n";
     let ball =
         "AttributeBegin Translate 0.3 0.2 0.4 Shape \"sphere\" \"float radius\" 0.5 AttributeEnd\n";
@@ -128,30 +125,62 @@ fn a_cloud_in_a_box_looks_as_it_does_among_other_media() {
         "AttributeBegin Material \"glass\" Translate 0 0 -2.5 Shape \"sphere\" AttributeEnd\n";
     let other =
         homogeneous("other", ONE, ONE, 0.0) + &null_sphere([50.0, 0.0, 0.0], 0.1, "other", "");
-    for (what, rest) in [
-        ("alone", ""),
-        ("around a ball", ball),
-        ("behind glass", glass),
+    let (cut, whole, beside) = (
+        [[-1.3; 3], [1.2; 3]],
+        [[-0.9; 3], [0.8; 3]],
+        [[1.05, -1.0, -1.0], [3.0, 1.0, 1.0]],
+    );
+    let (outside, inside) = (EYE, [0.13, 0.21, -0.8]);
+    let (short, all) = (
+        &[("volpath", 2)][..],
+        &[("volpath", 0), ("volpath", 2), ("volpath", 30), ("bdpt", 3)][..],
+    );
+    for (what, grid, rest, eye, medium, integrators) in [
+        ("from outside", cut, "", outside, "", all),
+        ("around a ball", cut, ball, outside, "", all),
+        ("behind glass", cut, glass, outside, "", all),
+        ("from inside", whole, "", inside, "cloud", all),
+        (
+            "around a ball, from inside",
+            whole,
+            ball,
+            inside,
+            "cloud",
+            all,
+        ),
+        ("from inside, cut", cut, "", inside, "cloud", short),
+        ("beside its box", beside, "", outside, "", short),
     ] {
+        let nebula = Nebula::ragged([5, 4, 6], grid[0], grid[1]);
+        let cloud = nebula.medium("cloud", [0.1, 0.2, 0.3], [1.5, 1.0, 2.0], 0.3);
         let world =
             environment([0.5, 1.0, 0.7]) + lamp + rest + &null_box([-1.0; 3], ONE, "cloud", "");
-        for (place, eye, medium) in [
-            ("outside", EYE, ""),
-            ("inside", [0.13, 0.21, -0.8], "cloud"),
-        ] {
-            for (integrator, max_depth) in
-                [("volpath", 0), ("volpath", 2), ("volpath", 30), ("bdpt", 3)]
-            {
-                let scene = |more: &str| {
-                    // What is in force at the end is what the camera is in.
-                    let world = format!("{cloud}{world}{more}MediumInterface \"\" \"{medium}\"");
-                    seen_by(integrator, max_depth, eye, AHEAD, &world)
-                };
-                let what = format!("{what}, {place}: {integrator} to {max_depth}");
-                assert_same(&scene(""), &scene(&other), 20_000, &what);
-            }
+        for &(integrator, max_depth) in integrators {
+            let scene = |more: &str| {
+                // What is in force at the end is what the camera is in.
+                let world = format!("{cloud}{world}{more}MediumInterface \"\" \"{medium}\"");
+                seen_by(integrator, max_depth, eye, AHEAD, &world)
+            };
+            let what = format!("{what}: {integrator} to {max_depth}");
+            assert_same(&scene(""), &scene(&other), 20_000, &what);
         }
     }
+}
+
+#[test]
+fn textures_behind_a_cloud_in_a_box_look_as_they_do_among_other_media() {
+    // A fine pattern that is one grey where footprints are known, and two where they are not.
+    let cloud = Nebula::ragged([5, 4, 6], [-0.9; 3], [0.8; 3]);
+    let cloud = cloud.medium("cloud", [0.01; 3], [0.01; 3], 0.3);
+    let board = "Texture \"fine\" \"spectrum\" \"checkerboard\" \"float uscale\" 400 \"float vscale\" 400\n\
+        AttributeBegin Material \"matte\" \"texture Kd\" \"fine\"\n\
+        Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [-9 -9 3 9 -9 3 9 9 3 -9 9 3]\n\
+        \"float uv\" [0 0 1 0 1 1 0 1] AttributeEnd\n";
+    let world = environment(ONE) + board + &null_box([-1.0; 3], ONE, "cloud", "");
+    let other =
+        homogeneous("other", ONE, ONE, 0.0) + &null_sphere([50.0, 0.0, 0.0], 0.1, "other", "");
+    let scene = |more: &str| seen_by("volpath", 1, EYE, AHEAD, &format!("{cloud}{world}{more}"));
+    assert_same(&scene(""), &scene(&other), 20_000, "board");
 }
 
 /// A matte floor seen from below three slabs of different media, nested in each other.
