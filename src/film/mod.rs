@@ -290,10 +290,21 @@ impl FilmBlock {
     /// denominator.
     #[inline]
     pub fn add_sample(&mut self, desc: &FilmDesc, raster: [f64; 2], radiance: Rgb, weight: f32) {
-        let rgb = desc
-            .limited(radiance)
-            .to_array()
-            .map(|c| c as f64 * weight as f64);
+        self.add_part(desc, raster, desc.limited(radiance), weight, 1.0);
+    }
+
+    /// Adds a part of a sample, which is not limited in brightness. `weight` multiplies it, and it counts as `share` of a
+    /// sample: the shares of all parts should add up to 1.
+    #[inline]
+    pub fn add_part(
+        &mut self,
+        desc: &FilmDesc,
+        raster: [f64; 2],
+        radiance: Rgb,
+        weight: f32,
+        share: f64,
+    ) {
+        let rgb = radiance.to_array().map(|c| c as f64 * weight as f64);
         let [rx, ry] = desc.filter.radius();
         let (px, py) = (raster[0] - 0.5, raster[1] - 0.5);
         let range = |p: f64, r: f64, lo: i32, n: usize| {
@@ -310,8 +321,8 @@ impl FilmBlock {
                 for (sum, c) in sum.rgb.iter_mut().zip(rgb) {
                     *sum += c * w;
                 }
-                sum.weight += w;
-                sum.magnitude += w.abs();
+                sum.weight += w * share;
+                sum.magnitude += w.abs() * share;
             }
         }
     }

@@ -87,6 +87,16 @@ impl Integrator {
         matches!(self, Self::Path(_) | Self::VolPath(_))
     }
 
+    /// Whether the camera sees lights directly, as [`World::light_seen`] tells: a part of what [`Self::li`] finds.
+    pub fn sees_lights_directly(&self, world: &World) -> bool {
+        let facts = world.facts();
+        match self {
+            Self::VolPath(_) => !facts.has_media && !facts.has_null_surfaces,
+            Self::Path(_) | Self::Direct(_) => !facts.has_null_surfaces,
+            Self::Sppm(_) | Self::AmbientOcclusion(_) | Self::Bdpt(_) | Self::Mlt(_) => false,
+        }
+    }
+
     /// Whether light is drawn for surfaces by their normals.
     pub fn asks_by_normals(&self) -> bool {
         matches!(

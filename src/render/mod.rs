@@ -5,6 +5,7 @@
 mod bidirectional;
 mod memory;
 mod mlt;
+mod rims;
 mod sppm;
 mod strategies;
 
@@ -18,11 +19,13 @@ use crate::image::{Image, PixelRect};
 use crate::integrator::bdpt::Strategy;
 use crate::integrator::trace::{Observer, Unobserved};
 use crate::integrator::{Counters, Integrator, Mlt};
+use crate::math::Ray;
 use crate::sampler::{Sampler, SamplerKind};
 use crate::spectrum::Rgb;
 use crate::world::World;
 use bidirectional::Bidirectional;
 use mlt::Metropolis;
+use rims::Rims;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
 /// last bits of every picture.
@@ -380,16 +383,20 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
     let mut film = job.film.start_block(task.block);
     let mut report = RenderReport::default();
     let block = task.block;
+    let rims = Rims::find(job, block, &mut report.counters);
     for y in block.y0..block.y0 + block.height as i32 {
         for x in block.x0..block.x0 + block.width as i32 {
             if job.pixel_bounds.is_some_and(|bounds| !bounds.holds([x, y])) {
                 continue;
             }
+            let pixel = [x, y];
+            let is_split = rims.as_ref().is_some_and(|rims| rims.are_near(pixel));
             for sample in task.first_sample..task.first_sample + task.n_samples {
                 report.samples += 1;
-                if !render_sample(job, [x, y], sample, &mut film, &mut report.counters) {
+                let counters = &mut report.counters;
+                if !render_sample(job, pixel, sample, is_split, &mut film, counters) {
                     report.bad_samples += 1;
-                    report.first_bad_sample.get_or_insert(([x, y], sample));
+                    report.first_bad_sample.get_or_insert((pixel, sample));
                 }
             }
         }
@@ -436,19 +443,25 @@ fn is_radiance(radiance: Rgb) -> bool {
     radiance.is_finite() && radiance.luminance() >= 0.0
 }
 
-/// Takes one sample. False if its radiance is no radiance; it is then left out.
+/// Takes one sample. False if its radiance is no radiance; it is then left out. A sample that is split sees the light
+/// directly by rays of its own.
 fn render_sample(
     job: &Job,
     pixel: [i32; 2],
     sample: u32,
+    is_split: bool,
     film: &mut FilmBlock,
     counters: &mut Counters,
 ) -> bool {
     let taken = take_sample(job, pixel, sample, counters, &mut Unobserved);
-    if taken.is_good() {
-        film.add_sample(&job.film, taken.raster, taken.radiance, taken.weight);
+    if !taken.is_good() {
+        return false;
     }
-    taken.is_good()
+    if is_split {
+        return rims::add_split(job, pixel, sample, &taken, film, counters);
+    }
+    film.add_sample(&job.film, taken.raster, taken.radiance, taken.weight);
+    true
 }
 
 /// A sample of a picture.
@@ -460,6 +473,8 @@ pub struct Taken {
     pub radiance: Rgb,
     /// What the camera multiplies it by.
     pub weight: f32,
+    /// Where it was looked for; `None` if nothing passes the lens.
+    pub ray: Option<Ray>,
 }
 
 impl Taken {
@@ -489,6 +504,7 @@ fn take_sample(
             raster: camera_sample.raster,
             radiance: Rgb::BLACK,
             weight: 1.0,
+            ray: None,
         };
     };
     let differential = job.world.facts().needs_footprint.then(|| {
@@ -508,5 +524,6 @@ fn take_sample(
         raster: camera_sample.raster,
         radiance,
         weight,
+        ray: Some(ray),
     }
 }

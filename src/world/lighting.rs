@@ -325,6 +325,22 @@ impl World {
         }
     }
 
+    /// Whether any surface emits.
+    pub fn has_lamps(&self) -> bool {
+        self.geometries.iter().any(|g| g.first_light.is_some())
+    }
+
+    /// Radiance that the nearest surface along a ray emits toward where it comes from; `None` if there is no surface.
+    pub fn lamp_seen(&self, ray: &Ray) -> Option<Rgb> {
+        let hit = self.closest(ray, f32::INFINITY)?;
+        if !self.geometry(hit.target.geometry).first_light.is_some() {
+            return Some(Rgb::BLACK);
+        }
+        let surface = self.surface(ray, &hit);
+        let emitted = self.emitted(&hit, &surface, -ray.d);
+        Some(emitted.map_or(Rgb::BLACK, |(_, le)| le))
+    }
+
     /// Density with which [`World::sample_light`] draws, for a receiver, the point of an area light that was hit.
     pub fn pdf_of_hit(
         &self,
@@ -347,6 +363,12 @@ impl World {
     #[inline]
     pub fn environment(&self, w: Vec3) -> Rgb {
         self.infinite_lights().map(|(_, light)| light.le(w)).sum()
+    }
+
+    /// Light that is seen along a ray without anything scattering it, where there are neither media nor null surfaces:
+    /// that of a lamp or from infinity.
+    pub fn light_seen(&self, ray: &Ray) -> Rgb {
+        self.lamp_seen(ray).unwrap_or_else(|| self.environment(ray.d))
     }
 
     /// The same, each light weighed by `weight` of the density with which [`World::sample_light`] draws `w` on it for
