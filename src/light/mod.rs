@@ -66,6 +66,17 @@ impl Light {
             Self::Distant(_) | Self::Infinite(_) | Self::Area(_) => None,
         }
     }
+
+    /// If it is a point: its intensity in the unit direction `w`, away from it.
+    pub fn intensity(&self, w: Vec3) -> Option<Rgb> {
+        match self {
+            Self::Point(point) => Some(point.intensity),
+            Self::Spot(spot) => Some(spot.intensity(w)),
+            Self::Projection(projection) => Some(projection.intensity(w)),
+            Self::Goniometric(goniometric) => Some(goniometric.intensity(w)),
+            Self::Distant(_) | Self::Infinite(_) | Self::Area(_) => None,
+        }
+    }
 }
 
 /// Scene-file manual (`LightSource "point"`): `spectrum I` (1) in W/sr, `spectrum scale` (1), `point from`.

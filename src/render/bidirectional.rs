@@ -4,18 +4,31 @@
 //! A crop window needs the light paths of the full frame: outside it only they are followed, so that a pixel is the
 //! same bits with or without it.
 
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+
 use crate::camera::{Camera, CameraRay};
 use crate::film::{Film, FilmBlock};
 use crate::image::PixelRect;
 use crate::integrator::Bdpt;
-use crate::integrator::bdpt::{Emitters, Tracer};
+use crate::integrator::bdpt::{Apprentice, EmissionGuide, Emitters, Tracer};
+use crate::math::{Normal3, Point3};
 use crate::render::strategies::{StrategyBlocks, StrategyFilms};
-use crate::render::{BlockResult, Job, RenderReport, Task, camera_sample, is_radiance};
+use crate::render::{
+    BlockResult, Job, RenderReport, SAMPLES_PER_PASS, Task, camera_sample, is_radiance,
+};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 
 /// Tells the numbers of light paths from those of camera paths.
 const LIGHT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
+/// The same of light paths that look where light should be sent.
+const SCOUT_SEED: u64 = 0x1405_7b7e_f767_814f;
+/// Light paths of the picture for each of those, how many there are at most, and at least if they are to know anything.
+const PATHS_PER_SCOUT: u64 = 16;
+const MAX_SCOUTS: u64 = 1 << 17;
+const MIN_SCOUTS: u64 = 1 << 10;
+/// Scouts that one worker follows at a time.
+const SCOUTS_AT_A_TIME: u64 = 256;
 /// Filters of a smaller radius leave parts of the frame without camera samples.
 const HALF_PIXEL: f64 = 0.5;
 
@@ -44,14 +57,68 @@ impl<'a> Bidirectional<'a> {
         let is_covered = !job.pixel_centers
             && job.film.filter.radius().iter().all(|&r| r >= HALF_PIXEL)
             && job.camera.receives_light();
-        Self {
+        let mut shared = Self {
             job,
             max_depth: bdpt.max_depth,
             emitters: Emitters::new(&job.world, bdpt.light_strategy),
             film: is_covered.then_some(&job.camera),
             sampled,
             strategies: bdpt.visualized.map(|shown| StrategyFilms::new(job, shown)),
+        };
+        if shared.film.is_some() {
+            let guides = shared.guides();
+            shared.emitters = shared.emitters.guided(guides);
         }
+        shared
+    }
+
+    /// Where light from points should be sent: what some light paths tell that are no part of the picture.
+    fn guides(&self) -> Vec<Option<EmissionGuide>> {
+        let (job, world) = (self.job, &self.job.world);
+        let mut apprentices = Emitters::apprentices(world);
+        let n_pixels: u64 = job.film.resolution.map(u64::from).iter().product();
+        let n_paths = (n_pixels.saturating_mul(job.spp.into()) / PATHS_PER_SCOUT).min(MAX_SCOUTS);
+        if apprentices.is_empty() || n_paths < MIN_SCOUTS {
+            return Vec::new();
+        }
+        let starts: Vec<u64> = (0..n_paths).step_by(SCOUTS_AT_A_TIME as usize).collect();
+        let follow = |&start: &u64| {
+            let mut tracer = self.tracer();
+            let mut seen = Vec::new();
+            for index in start..n_paths.min(start + SCOUTS_AT_A_TIME) {
+                let mut sampler = Sampler::of_picture(job.sampler, job.seed ^ SCOUT_SEED, index);
+                let [open, close] = job.camera.shutter();
+                let time = open + (close - open) * sampler.get_1d();
+                tracer.start(time, sampler.stream().next_u64());
+                tracer.trace_light(&mut sampler);
+                let mut sum = 0.0;
+                tracer.splats(&mut sampler, |_, _, found| {
+                    sum += found.weighted().luminance();
+                });
+                if sum > 0.0
+                    && sum.is_finite()
+                    && let Some((light, d)) = tracer.light_start()
+                {
+                    seen.push((light, d, sum));
+                }
+            }
+            seen
+        };
+        let found: Vec<_> = starts.par_iter().map(follow).collect();
+        for (light, d, contribution) in found.into_iter().flatten() {
+            if let Some(apprentice) = &mut apprentices[light.index()] {
+                let (_, pdf_dir) = world.pdf_emission(light, Point3::ZERO, Normal3::ZERO, d);
+                apprentice.see(d, pdf_dir, contribution);
+            }
+        }
+        let learnt = |apprentice: &Option<Apprentice>| apprentice.as_ref()?.guide();
+        apprentices.iter().map(learnt).collect()
+    }
+
+    fn tracer(&self) -> Tracer<'_> {
+        let n_pixels = self.job.film.resolution.map(u64::from).iter().product();
+        Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth)
+            .over_pixels(n_pixels)
     }
 
     /// Films for pictures of single strategies: none unless wanted.
@@ -72,9 +139,7 @@ impl<'a> Bidirectional<'a> {
             strategies: strategies.map(|films| films.start_block(task.block)),
         };
         let mut report = RenderReport::default();
-        let n_pixels = self.job.film.resolution.map(u64::from).iter().product();
-        let mut tracer = Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth)
-            .over_pixels(n_pixels);
+        let mut tracer = self.tracer();
         let block = task.block;
         for y in block.y0..block.y0 + block.height as i32 {
             for x in block.x0..block.x0 + block.width as i32 {
@@ -103,13 +168,29 @@ impl<'a> Bidirectional<'a> {
             .is_none_or(|bounds| bounds.holds(pixel))
     }
 
+    /// The numbers of a light path. Those that belong to the pixels of the frame are one sequence together: light is
+    /// spread evenly over all of them, wherever it arrives. The sequence goes from pixel to pixel in runs that are as
+    /// long as a power of two can be that makes up a pass, so that those of a pixel are spread evenly as well.
+    fn light_sampler(&self, pixel: [i32; 2], sample: u32) -> Sampler {
+        let (job, seed) = (self.job, self.job.seed ^ LIGHT_SEED);
+        let [width, height] = job.film.resolution;
+        if !PixelRect::from_size(width as usize, height as usize).holds(pixel) {
+            return Sampler::of_kind(job.sampler, seed, pixel, sample);
+        }
+        let run = 1 << job.spp.trailing_zeros().min(SAMPLES_PER_PASS.ilog2());
+        let n_pixels = u64::from(width) * u64::from(height);
+        let rank = pixel[1] as u64 * u64::from(width) + pixel[0] as u64;
+        let index = (u64::from(sample / run) * n_pixels + rank) * u64::from(run);
+        Sampler::of_picture(job.sampler, seed, index + u64::from(sample % run))
+    }
+
     /// False if something found is no radiance; it is then left out.
     fn render_sample(
         &self,
         pixel: [i32; 2],
         sample: u32,
         is_sampled: bool,
-        tracer: &mut Tracer<'a>,
+        tracer: &mut Tracer,
         canvas: &mut Canvas,
     ) -> bool {
         let job = self.job;
@@ -120,7 +201,7 @@ impl<'a> Bidirectional<'a> {
             return true;
         }
         let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
-        let mut light_sampler = Sampler::of_kind(job.sampler, job.seed ^ LIGHT_SEED, pixel, sample);
+        let mut light_sampler = self.light_sampler(pixel, sample);
         let camera_sample = camera_sample(job, pixel, &mut sampler);
         let mut is_good = true;
         tracer.start(

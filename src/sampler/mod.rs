@@ -113,6 +113,18 @@ impl Sampler {
         }
     }
 
+    /// The sampler of point `index` of one sequence for a whole picture, for paths that may arrive in any pixel: laid
+    /// out by Sobol', but for [`SamplerKind::Random`].
+    pub fn of_picture(kind: SamplerKind, seed: u64, index: u64) -> Self {
+        let kind = match kind {
+            SamplerKind::Random => SamplerKind::Random,
+            _ => SamplerKind::Sobol,
+        };
+        // A sequence has 2³² points: beyond them begins another.
+        let turn = (index >> 32) as i32;
+        Self::of_kind(kind, seed, [turn, 0], index as u32)
+    }
+
     /// The next dimension, uniform in [0, 1).
     #[inline]
     pub fn get_1d(&mut self) -> f32 {

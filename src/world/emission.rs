@@ -62,15 +62,8 @@ impl World {
         u_dir: [f32; 2],
         time: f32,
     ) -> Option<EmissionSample> {
-        let from_point = |p: Point3, (d, radiance, pdf_dir): (Vec3, Rgb, f32)| EmissionSample {
-            p,
-            p_err: Vec3::ZERO,
-            ng: Normal3::ZERO,
-            d,
-            radiance,
-            pdf_pos: 1.0,
-            pdf_dir,
-            medium: self.light_medium(light),
+        let from_point = |p: Point3, (d, intensity, pdf_dir): (Vec3, Rgb, f32)| {
+            self.emission_from_point(light, p, d, intensity, pdf_dir)
         };
         let from_afar = |d: Vec3, radiance: Rgb, pdf_dir: f32| {
             let disk = self.scene_disk(d, u_pos);
@@ -109,6 +102,37 @@ impl World {
             && sample.pdf_dir > 0.0
             && sample.pdf_dir.is_finite();
         (is_sound && !sample.radiance.is_black()).then_some(sample)
+    }
+
+    /// The ray that leaves a light in the unit direction `d`, which was drawn with density `pdf_dir`. `None` where none
+    /// does, and if the light is no point.
+    pub fn emission_toward(&self, light: LightId, d: Vec3, pdf_dir: f32) -> Option<EmissionSample> {
+        let (p, intensity) = (
+            self.light(light).position()?,
+            self.light(light).intensity(d)?,
+        );
+        let is_sound = pdf_dir > 0.0 && pdf_dir.is_finite() && !intensity.is_black();
+        is_sound.then(|| self.emission_from_point(light, p, d, intensity, pdf_dir))
+    }
+
+    fn emission_from_point(
+        &self,
+        light: LightId,
+        p: Point3,
+        d: Vec3,
+        intensity: Rgb,
+        pdf_dir: f32,
+    ) -> EmissionSample {
+        EmissionSample {
+            p,
+            p_err: Vec3::ZERO,
+            ng: Normal3::ZERO,
+            d,
+            radiance: intensity,
+            pdf_pos: 1.0,
+            pdf_dir,
+            medium: self.light_medium(light),
+        }
     }
 
     /// Densities, of position and of direction, with which [`World::sample_emission`] draws the ray from `p`, where

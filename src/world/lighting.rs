@@ -368,7 +368,8 @@ impl World {
     /// Light that is seen along a ray without anything scattering it, where there are neither media nor null surfaces:
     /// that of a lamp or from infinity.
     pub fn light_seen(&self, ray: &Ray) -> Rgb {
-        self.lamp_seen(ray).unwrap_or_else(|| self.environment(ray.d))
+        self.lamp_seen(ray)
+            .unwrap_or_else(|| self.environment(ray.d))
     }
 
     /// The same, each light weighed by `weight` of the density with which [`World::sample_light`] draws `w` on it for

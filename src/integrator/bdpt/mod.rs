@@ -21,6 +21,7 @@
 //! is left out, as in pbrt-v3.
 
 mod connect;
+mod guide;
 mod steadiness;
 mod strategy;
 mod subpath;
@@ -31,14 +32,15 @@ use crate::camera::Camera;
 use crate::ids::LightId;
 use crate::integrator::Counters;
 use crate::light::{Light, LightChoice};
-use crate::math::Ray;
+use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampler::Sampler;
 use crate::sampling::rng::Rng;
 use crate::spectrum::Rgb;
-use crate::world::{LightStrategy, World};
+use crate::world::{EmissionSample, LightStrategy, World};
+pub use guide::{Apprentice, EmissionGuide};
 pub use strategy::{Contribution, Strategy};
 use subpath::End;
-use vertex::Vertex;
+use vertex::{Kind, Vertex};
 use weights::Density;
 
 /// Settings of the bidirectional path tracer.
@@ -100,7 +102,12 @@ pub struct Emitters {
     infinite: Vec<LightId>,
     /// Some light has an extent: paths may meet it by chance.
     any_met: bool,
+    /// Where light from points is sent, by light; those beyond the last, and those without a guide, by their intensity.
+    guides: Vec<Option<EmissionGuide>>,
 }
+
+/// Most lights that are taught where to send light: each takes as much memory as a few thousand pixels.
+const MAX_GUIDED: usize = 16;
 
 impl Emitters {
     /// The lights of a world.
@@ -114,7 +121,66 @@ impl Emitters {
                 .map(LightId::new)
                 .filter(is_infinite)
                 .collect(),
+            guides: Vec::new(),
         }
+    }
+
+    /// Guides that have learnt nothing yet, by light: for lights that are points, if there are few of them.
+    pub fn apprentices(world: &World) -> Vec<Option<Apprentice>> {
+        let lights = || (0..world.n_lights()).map(|i| world.light(LightId::new(i)));
+        let n_points = lights().filter(|light| light.position().is_some()).count();
+        if n_points == 0 || n_points > MAX_GUIDED {
+            return Vec::new();
+        }
+        lights().map(|light| Apprentice::of(light, world)).collect()
+    }
+
+    /// Light is sent as `guides` say.
+    pub fn guided(self, guides: Vec<Option<EmissionGuide>>) -> Self {
+        Self { guides, ..self }
+    }
+
+    fn guide(&self, light: LightId) -> Option<&EmissionGuide> {
+        self.guides.get(light.index())?.as_ref()
+    }
+
+    /// Draws a ray that leaves a light: [`World::sample_emission`], or as its guide says.
+    fn sample_emission(
+        &self,
+        world: &World,
+        light: LightId,
+        u_pos: [f32; 2],
+        u_dir: [f32; 2],
+        time: f32,
+    ) -> Option<EmissionSample> {
+        let Some(guide) = self.guide(light) else {
+            return world.sample_emission(light, u_pos, u_dir, time);
+        };
+        match guide.sample(u_dir) {
+            Ok(d) => {
+                let (_, own) = world.pdf_emission(light, Point3::ZERO, Normal3::ZERO, d);
+                world.emission_toward(light, d, guide.pdf(d, own))
+            }
+            Err(u_dir) => {
+                let mut sample = world.sample_emission(light, u_pos, u_dir, time)?;
+                sample.pdf_dir = guide.pdf(sample.d, sample.pdf_dir);
+                Some(sample)
+            }
+        }
+    }
+
+    /// Densities, of position and of direction, with which a ray that leaves a light is drawn.
+    fn pdf_emission(
+        &self,
+        world: &World,
+        light: LightId,
+        p: Point3,
+        ng: Normal3,
+        d: Vec3,
+    ) -> (f32, f32) {
+        let (pdf_pos, own) = world.pdf_emission(light, p, ng, d);
+        let guide = self.guide(light);
+        (pdf_pos, guide.map_or(own, |guide| guide.pdf(d, own)))
     }
 }
 
@@ -171,6 +237,15 @@ impl<'a> Tracer<'a> {
         Self {
             n_pixels: n_pixels as f64,
             ..self
+        }
+    }
+
+    /// The light at which the light path starts, and its direction there.
+    pub fn light_start(&self) -> Option<(LightId, Vec3)> {
+        let start = self.light_path.first()?;
+        match start.kind {
+            Kind::Light(light) | Kind::FarLight(light) => Some((light, -start.wo)),
+            Kind::Camera | Kind::Surface(_) | Kind::Medium(_) => None,
         }
     }
 

@@ -87,12 +87,16 @@ impl<'a> Tracer<'a> {
 
     /// A light path of up to `limit` vertices, the point on the light included.
     pub(super) fn trace_light_to(&mut self, limit: usize, numbers: &mut impl Numbers) {
-        let (u_light, u_pos, u_dir) = (numbers.get_1d_fine(), numbers.get_2d(), numbers.get_2d());
-        let Some((index, pmf)) = self.emitters.choice.sample(u_light) else {
+        let Some((index, pmf)) = self.emitters.choice.sample(numbers.get_1d_fine()) else {
             return;
         };
         let light = LightId::new(index);
-        let Some(sample) = self.world.sample_emission(light, u_pos, u_dir, self.time) else {
+        // What makes no difference takes no number: the first are the best laid out.
+        let is_point = self.world.light(light).position().is_some();
+        let u_pos = if is_point { [0.5; 2] } else { numbers.get_2d() };
+        let u_dir = numbers.get_2d();
+        let (world, emitters) = (self.world, self.emitters);
+        let Some(sample) = emitters.sample_emission(world, light, u_pos, u_dir, self.time) else {
             return;
         };
         let kind = Kind::of_light(self.world, light);
@@ -371,7 +375,7 @@ impl<'a> Tracer<'a> {
         d: Vec3,
     ) -> (f64, f64) {
         let pmf = f64::from(self.emitters.choice.pmf(light.index()));
-        let (pdf_pos, pdf_dir) = self.world.pdf_emission(light, p, ng, d);
+        let (pdf_pos, pdf_dir) = self.emitters.pdf_emission(self.world, light, p, ng, d);
         let (pdf_pos, pdf_dir) = (f64::from(pdf_pos), f64::from(pdf_dir));
         let from_afar = || far_density(self.world, next.p, next.ng, d, pdf_pos);
         match self.world.light(light) {
