@@ -76,6 +76,11 @@ fn an_unbiased_renderer_has_slope_minus_one_and_a_biased_one_flattens() {
     let biased = &renderer(&report, "biased")["convergence"];
     assert_eq!(biased["verdict"], "flattens", "{biased:#}");
     assert!(number(&biased["slope"]["value"]) > -0.8, "{biased:#}");
+    // Whatever it converges to, it does so as fast.
+    for of in [ours, biased] {
+        let slope = number(&of["slope_of_variance"]["value"]);
+        assert!((slope + 1.0).abs() < 0.1, "{of:#}");
+    }
     // Every number of every run is there.
     for run in report["runs"].as_array().expect("a list") {
         for field in [

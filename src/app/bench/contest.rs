@@ -30,6 +30,9 @@ pub(super) struct Run {
     pub(super) peak_memory_bytes: Option<u64>,
     pub(super) mse: Option<f64>,
     pub(super) relmse: Option<f64>,
+    /// Half of the mean squared difference to the picture of the seed before, where they differ: the mean variance of a
+    /// pixel, which knows no reference.
+    pub(super) variance: Option<f64>,
     /// Mean of the picture over that of the reference, averaged over the channels.
     pub(super) mean_ratio: Option<f64>,
     /// Why there are no measures.
@@ -112,6 +115,10 @@ impl<'a> Contest<'a> {
             Renderer::Ours => self.ours(scene, spp, seed, &picture, &mut run),
             Renderer::Peer(peer) => self.peer(peer, scene, spp, seed, &picture, &mut run),
         };
+        let before = self.workshop.path().join("before.exr");
+        if seed == 0 {
+            let _ = std::fs::remove_file(&before);
+        }
         let measured = rendered.and_then(|()| {
             if picture.is_file() {
                 self.compare(&picture, &scene.reference, renderer, &mut run)
@@ -119,6 +126,12 @@ impl<'a> Contest<'a> {
                 Err("it wrote no picture".to_owned())
             }
         });
+        if measured.is_ok() {
+            if before.is_file() {
+                run.variance = self.variance(&picture, &before);
+            }
+            let _ = std::fs::rename(&picture, &before);
+        }
         run.failure = measured.err();
         if self.interrupt.is_wanted() {
             // The signal that is meant for us may have ended the child too.
@@ -218,8 +231,32 @@ impl<'a> Contest<'a> {
         Ok(ended)
     }
 
-    /// In a process of its own: a child's peak memory starts at what its parent holds, so that this program opens no
-    /// pictures.
+    /// What `tyndall compare` reports. In a process of its own: a child's peak memory starts at what its parent holds, so
+    /// that this program opens no pictures.
+    fn report_on(&self, picture: &Path, other: &Path, options: &[&str]) -> Result<Value, String> {
+        let mut command = Command::new(&self.program);
+        command
+            .arg("compare")
+            .args([picture, other])
+            .args(["--json", "-", "--quiet"])
+            .args(options);
+        let output = command.stdin(Stdio::null()).output();
+        let output = output.map_err(|error| format!("cannot compare: {}", reason(&error)))?;
+        let report: Value = serde_json::from_slice(&output.stdout)
+            .map_err(|error| format!("cannot compare: {error}"))?;
+        match report["error"].as_str() {
+            Some(why) => Err(why.to_owned()),
+            None => Ok(report),
+        }
+    }
+
+    /// `None` for the same picture again, of a renderer without seeds.
+    fn variance(&self, picture: &Path, before: &Path) -> Option<f64> {
+        let report = self.report_on(picture, before, &[]).ok()?;
+        let mse = report["measures"]["mse"].as_f64()?;
+        (mse > 0.0).then_some(0.5 * mse)
+    }
+
     fn compare(
         &self,
         picture: &Path,
@@ -227,23 +264,12 @@ impl<'a> Contest<'a> {
         renderer: Renderer<'_>,
         run: &mut Run,
     ) -> Result<(), String> {
-        let mut command = Command::new(&self.program);
-        command
-            .arg("compare")
-            .arg(picture)
-            .arg(reference)
-            .args(["--json", "-", "--quiet"]);
-        if matches!(renderer, Renderer::Peer(_)) {
+        let options: &[&str] = match renderer {
+            Renderer::Ours => &[],
             // Not every renderer tells where in the frame a crop window lies.
-            command.arg("--same-window");
-        }
-        let output = command.stdin(Stdio::null()).output();
-        let output = output.map_err(|error| format!("cannot compare: {}", reason(&error)))?;
-        let report: Value = serde_json::from_slice(&output.stdout)
-            .map_err(|error| format!("cannot compare: {error}"))?;
-        if let Some(why) = report["error"].as_str() {
-            return Err(why.to_owned());
-        }
+            Renderer::Peer(_) => &["--same-window"],
+        };
+        let report = self.report_on(picture, reference, options)?;
         let n_bad = report["test"]["non_finite"].as_u64().unwrap_or_default();
         if n_bad > 0 {
             return Err(format!("{n_bad} pixels are not finite"));
@@ -345,6 +371,7 @@ impl Run {
             peak_memory_bytes: None,
             mse: None,
             relmse: None,
+            variance: None,
             mean_ratio: None,
             failure: None,
             remark: None,

@@ -9,12 +9,15 @@ const UNCERTAIN_FLOOR_SHARE: f64 = 0.5;
 /// Standard errors by which a floor has to be above 0.
 const SIGNIFICANCE: f64 = 3.0;
 
-/// The mean squared error of a run.
+/// What a run is off by.
 #[derive(Clone, Copy, PartialEq, Debug)]
 pub(super) struct Point {
     /// Samples per pixel.
     pub(super) spp: u32,
+    /// From the reference.
     pub(super) mse: f64,
+    /// From what other seeds make, if there was one before.
+    pub(super) variance: Option<f64>,
 }
 
 /// A number and how far it may be off.
@@ -30,6 +33,8 @@ pub(super) struct Estimate {
 pub(super) struct Convergence {
     /// Of ln MSE over ln spp. Independent samples of the right picture have -1, stratified ones less.
     pub(super) slope: Estimate,
+    /// The same of the variance between seeds, which the noise of the reference does not flatten; `None` without seeds.
+    pub(super) slope_of_variance: Option<Estimate>,
     /// `b` of MSE = a / spp + b.
     pub(super) floor: Estimate,
     /// Part of the error at the greatest number of samples that is the floor: the curve's slope there is this less 1.
@@ -62,10 +67,12 @@ impl Convergence {
         if points.iter().any(|point| !(point.mse > 0.0)) {
             return None;
         }
-        let logarithms = points
-            .iter()
-            .map(|point| (f64::from(point.spp).ln(), point.mse.ln()));
-        let slope = Line::through(logarithms)?.slope;
+        let slope = |value: fn(&Point) -> Option<f64>| {
+            let logarithms = points
+                .iter()
+                .filter_map(|point| Some((f64::from(point.spp).ln(), value(point)?.ln())));
+            Some(Line::through(logarithms)?.slope)
+        };
         // The noise of MSE is proportional to it, hence to 1 / spp: that of spp · MSE = a + b · spp is the same at all
         // counts, as least squares wants it.
         let products = points
@@ -77,7 +84,8 @@ impl Convergence {
         let at_most = line.intercept / f64::from(most) + floor.value;
         let floor_share = floor.value / at_most;
         Some(Self {
-            slope,
+            slope: slope(|point| Some(point.mse))?,
+            slope_of_variance: slope(|point| point.variance),
             floor,
             floor_share,
             verdict: verdict(floor, floor_share, reference_noise),
@@ -163,6 +171,7 @@ mod tests {
         let point = |&spp: &u32| Point {
             spp,
             mse: mse(spp.into()),
+            variance: None,
         };
         SPP.iter().map(point).collect()
     }
@@ -207,6 +216,19 @@ mod tests {
         let unbiased = Convergence::of(&noisy(|n| 0.3 / n, 1.1), None).expect("four counts");
         assert_near(unbiased.slope.value, -1.0);
         assert_eq!(unbiased.verdict, Verdict::Converges);
+    }
+
+    #[test]
+    fn the_slope_of_the_variance_knows_no_floor() {
+        let mut runs = points(|n| 0.3 / n + 0.01);
+        let fit = Convergence::of(&runs, None).expect("four counts");
+        assert_eq!(fit.slope_of_variance, None);
+        for run in &mut runs[1..] {
+            run.variance = Some(0.3 / f64::from(run.spp));
+        }
+        let fit = Convergence::of(&runs, None).expect("four counts");
+        assert_near(fit.slope_of_variance.expect("three counts").value, -1.0);
+        assert!(fit.slope.value > -0.9, "{fit:?}");
     }
 
     #[test]

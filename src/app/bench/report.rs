@@ -250,12 +250,14 @@ impl Report {
         text.push_str(
             "## Convergence\n\n\
              Slope of ln MSE over ln spp: independent samples of the right picture have −1, well spread ones less. \
-             The floor b of MSE = a / spp + b is what more samples do not remove.\n\n",
+             That of the variance between seeds knows no reference, and no noise of it. The floor b of \
+             MSE = a / spp + b is what more samples do not remove.\n\n",
         );
         let columns = [
             "scene",
             "renderer",
             "slope",
+            "of variance",
             "floor",
             "share of MSE",
             "reference's noise",
@@ -265,6 +267,9 @@ impl Report {
         for (scene, renderer, fit) in rows() {
             let cells = [
                 with_error(fit.slope.value, fit.slope.standard_error),
+                fit.slope_of_variance.map_or(NOTHING.to_owned(), |slope| {
+                    with_error(slope.value, slope.standard_error)
+                }),
                 with_error(fit.floor.value, fit.floor.standard_error),
                 format!("{:.0} %", 100.0 * fit.floor_share.max(0.0)),
                 significant(scene.reference_noise),

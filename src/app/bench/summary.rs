@@ -143,8 +143,11 @@ impl RendererSummary {
         counts.dedup();
         let mut points: Vec<Point> = own()
             .filter_map(|run| {
-                let (spp, mse) = (run.spp, run.mse?);
-                Some(Point { spp, mse })
+                Some(Point {
+                    spp: run.spp,
+                    mse: run.mse?,
+                    variance: run.variance,
+                })
             })
             .collect();
         // A renderer without seeds makes the same picture again, which makes nothing more certain.
