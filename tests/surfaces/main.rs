@@ -17,5 +17,6 @@ mod furnace;
 mod hazards;
 mod invariance;
 mod masks;
+mod rims;
 mod robustness;
 mod subsurface;
