@@ -1,8 +1,8 @@
 //! The hierarchy and its traversal.
 //!
 //! A node holds eight boxes, a leaf packets of eight triangles; one pass of SIMD instructions decides about all
-//! (Wald, Benthin, Boulos 2008, *Getting rid of packets*). Triangles that pass are tested again one by one, so that
-//! what is hit, and where, is decided by [`RayShear::intersect`] alone.
+//! (Wald, Benthin, Boulos 2008, *Getting rid of packets*). What is hit, and where, is what [`RayShear::intersect`] says,
+//! to the last bit.
 
 use arrayvec::ArrayVec;
 
@@ -169,18 +169,18 @@ impl Bvh {
                 }
                 Target::Triangles(first, count) => {
                     for packet in &self.packets[first..first + count] {
-                        let mut mask = packets.candidates(packet);
+                        let Some(hits) = packets.intersect(packet, nearest.limit) else {
+                            continue;
+                        };
+                        let mut mask = hits.mask;
                         while mask != 0 {
                             let lane = mask.trailing_zeros() as usize;
                             mask &= mask - 1;
-                            let corners = packet.triangle(lane, shear.axes());
-                            if let Some(hit) = shear.intersect_turned(corners, nearest.limit) {
-                                let key = packet.key(lane);
-                                if nearest.is_before(hit.t, key)
-                                    && let Some(found) = triangle(key, &hit)
-                                {
-                                    nearest.set(hit.t, key, found);
-                                }
+                            let (hit, key) = (hits.get(lane), packet.key(lane));
+                            if nearest.is_before(hit.t, key)
+                                && let Some(found) = triangle(key, &hit)
+                            {
+                                nearest.set(hit.t, key, found);
                             }
                         }
                     }
@@ -260,14 +260,14 @@ impl Bvh {
                 }
                 Target::Triangles(first, count) => {
                     for packet in &self.packets[first..first + count] {
-                        let mut mask = packets.candidates(packet);
+                        let Some(hits) = packets.intersect(packet, t_max) else {
+                            continue;
+                        };
+                        let mut mask = hits.mask;
                         while mask != 0 {
                             let lane = mask.trailing_zeros() as usize;
                             mask &= mask - 1;
-                            if let Some(hit) =
-                                shear.intersect_turned(packet.triangle(lane, shear.axes()), t_max)
-                                && triangle(packet.key(lane), &hit)
-                            {
+                            if triangle(packet.key(lane), &hits.get(lane)) {
                                 return true;
                             }
                         }

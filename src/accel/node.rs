@@ -1,7 +1,8 @@
 //! What a hierarchy is made of in memory: nodes of eight boxes, and leaves of eight triangles.
 
-use crate::accel::RayShear;
 use crate::accel::lanes::{Lanes, N_LANES};
+use crate::accel::triangle::{Meeting, edges, sheared};
+use crate::accel::{RayShear, TriangleHit};
 use crate::math::error::gamma;
 use crate::math::{Bounds3, Ray};
 
@@ -227,58 +228,120 @@ impl Packet {
 }
 
 /// A ray prepared for packets of triangles.
-pub(super) struct RayPackets<L: Lanes> {
+pub(super) struct RayPackets<'a, L: Lanes> {
     lanes: L,
+    ray: &'a RayShear,
     o: [L::Floats; 3],
-    shear: [L::Floats; 2],
+    shear: [L::Floats; 3],
     axes: [usize; 3],
 }
 
-impl<L: Lanes> RayPackets<L> {
+/// Where a ray meets triangles of a packet.
+pub(super) struct Hits {
+    /// The lanes of the triangles that it meets.
+    pub(super) mask: u32,
+    t: [f32; N_LANES],
+    barycentric: [[f32; N_LANES]; 2],
+}
+
+impl Hits {
     #[inline(always)]
-    pub(super) fn new(lanes: L, shear: &RayShear) -> Self {
-        let axes = shear.axes();
-        let [x, y] = shear.xy_shear();
-        Self {
-            lanes,
-            o: splat3(lanes, shear.origin()),
-            shear: [lanes.splat(x), lanes.splat(y)],
-            axes,
+    pub(super) fn get(&self, lane: usize) -> TriangleHit {
+        let lane = lane % N_LANES;
+        TriangleHit {
+            t: self.t[lane],
+            barycentric: [self.barycentric[0][lane], self.barycentric[1][lane]],
         }
     }
 
-    /// The triangles that [`RayShear::intersect`] may accept. Left out are only those that the ray surely passes by:
-    /// edge values of both signs, and none that is 0. The edge values are the same to the last bit.
+    /// Looks at triangles one by one.
+    #[cold]
+    #[inline(never)]
+    fn decide(&mut self, ray: &RayShear, packet: &Packet, mut doubtful: u32, t_max: f32) {
+        while doubtful != 0 {
+            let lane = doubtful.trailing_zeros() as usize;
+            doubtful &= doubtful - 1;
+            let corners = packet.triangle(lane, ray.axes());
+            if let Some(hit) = ray.intersect_turned(corners, t_max) {
+                self.set(lane, &hit);
+            }
+        }
+    }
+
     #[inline(always)]
-    pub(super) fn candidates(&self, packet: &Packet) -> u32 {
+    fn set(&mut self, lane: usize, hit: &TriangleHit) {
+        let lane = lane % N_LANES;
+        self.mask |= 1 << lane;
+        self.t[lane] = hit.t;
+        self.barycentric[0][lane] = hit.barycentric[0];
+        self.barycentric[1][lane] = hit.barycentric[1];
+    }
+}
+
+impl<'a, L: Lanes> RayPackets<'a, L> {
+    #[inline(always)]
+    pub(super) fn new(lanes: L, ray: &'a RayShear) -> Self {
+        Self {
+            lanes,
+            ray,
+            o: splat3(lanes, ray.origin()),
+            shear: splat3(lanes, ray.shear()),
+            axes: ray.axes(),
+        }
+    }
+
+    /// What [`RayShear::intersect`] says about each triangle, to the last bit; `None` if it accepts none.
+    #[inline(always)]
+    pub(super) fn intersect(&self, packet: &Packet, t_max: f32) -> Option<Hits> {
         let l = self.lanes;
-        let p0 = self.sheared(&packet.corners[0]);
-        let p1 = self.sheared(&packet.corners[1]);
-        let p2 = self.sheared(&packet.corners[2]);
-        let (e0, e1, e2) = (self.edge(p1, p2), self.edge(p2, p0), self.edge(p0, p1));
+        let p = [
+            self.sheared(&packet.corners[0]),
+            self.sheared(&packet.corners[1]),
+            self.sheared(&packet.corners[2]),
+        ];
+        let e = edges(l, p);
         let zero = l.splat(0.0);
-        let least = l.min(l.min(e0, e1), e2);
-        let most = l.max(l.max(e0, e1), e2);
-        l.le(zero, least) | l.le(most, zero) | l.eq(e0, zero) | l.eq(e1, zero) | l.eq(e2, zero)
+        let least = l.min(l.min(e[0], e[1]), e[2]);
+        let most = l.max(l.max(e[0], e[1]), e[2]);
+        let has_zero = l.eq(e[0], zero) | l.eq(e[1], zero) | l.eq(e[2], zero);
+        let is_inside = l.le(zero, least) | l.le(most, zero);
+        if is_inside | has_zero == 0 {
+            return None;
+        }
+        let Meeting {
+            t,
+            error,
+            inverse_det,
+        } = Meeting::new(l, p, e);
+        let too_far = l.le(l.splat(t_max), t);
+        let behind = l.lt(t, l.sub(zero, error));
+        let ahead = l.lt(error, t);
+        let accepted = is_inside & ahead & !too_far & !has_zero;
+        // Rounding may have decided about these, or what is no number: they are looked at one by one.
+        let doubtful = has_zero | is_inside & !(ahead | behind | too_far);
+        if accepted | doubtful == 0 {
+            return None;
+        }
+        let mut hits = Hits {
+            mask: accepted,
+            t: l.store(t),
+            barycentric: [
+                l.store(l.mul(e[0], inverse_det)),
+                l.store(l.mul(e[1], inverse_det)),
+            ],
+        };
+        if doubtful != 0 {
+            hits.decide(self.ray, packet, doubtful, t_max);
+        }
+        Some(hits)
     }
 
     /// A corner of each triangle relative to the ray, sheared.
     #[inline(always)]
-    fn sheared(&self, corner: &[[f32; N_LANES]; 3]) -> [L::Floats; 2] {
+    fn sheared(&self, corner: &[[f32; N_LANES]; 3]) -> [L::Floats; 3] {
         let l = self.lanes;
         let [x, y, z] = self.axes;
-        let px = l.sub(l.load(&corner[x]), self.o[0]);
-        let py = l.sub(l.load(&corner[y]), self.o[1]);
-        let pz = l.sub(l.load(&corner[z]), self.o[2]);
-        [
-            l.add(px, l.mul(self.shear[0], pz)),
-            l.add(py, l.mul(self.shear[1], pz)),
-        ]
-    }
-
-    #[inline(always)]
-    fn edge(&self, a: [L::Floats; 2], b: [L::Floats; 2]) -> L::Floats {
-        let l = self.lanes;
-        l.sub(l.mul(a[0], b[1]), l.mul(a[1], b[0]))
+        let corner = [l.load(&corner[x]), l.load(&corner[y]), l.load(&corner[z])];
+        sheared(l, corner, self.o, self.shear)
     }
 }

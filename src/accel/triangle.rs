@@ -2,6 +2,7 @@
 
 use glam::DVec3;
 
+use crate::accel::lanes::{Numbers, Single};
 use crate::math::Ray;
 use crate::math::error::gamma;
 
@@ -60,10 +61,10 @@ impl RayShear {
         self.axes
     }
 
-    /// The shear in x and y.
+    /// The shear in x and y, and the scale of z.
     #[inline]
-    pub(super) fn xy_shear(&self) -> [f32; 2] {
-        [self.shear[0], self.shear[1]]
+    pub(super) fn shear(&self) -> [f32; 3] {
+        self.shear
     }
 
     /// A point with the axis nearest to the ray last.
@@ -71,17 +72,6 @@ impl RayShear {
     fn turned(&self, p: [f32; 3]) -> [f32; 3] {
         let [x, y, z] = self.axes;
         [p[x], p[y], p[z]]
-    }
-
-    /// Turned vertex relative to the ray, sheared in x and y; z still unscaled.
-    #[inline(always)]
-    fn vertex(&self, p: [f32; 3]) -> [f32; 3] {
-        let pz = p[2] - self.o[2];
-        [
-            p[0] - self.o[0] + self.shear[0] * pz,
-            p[1] - self.o[1] + self.shear[1] * pz,
-            pz,
-        ]
     }
 
     /// The ray's meeting with a triangle in (0, `t_max`): no crack between triangles that share an edge.
@@ -103,54 +93,38 @@ impl RayShear {
         corners: [[f32; 3]; 3],
         t_max: f32,
     ) -> Option<TriangleHit> {
-        let mut p0 = self.vertex(corners[0]);
-        let mut p1 = self.vertex(corners[1]);
-        let mut p2 = self.vertex(corners[2]);
-        let mut e0 = p1[0] * p2[1] - p1[1] * p2[0];
-        let mut e1 = p2[0] * p0[1] - p2[1] * p0[0];
-        let mut e2 = p0[0] * p1[1] - p0[1] * p1[0];
-        if e0 == 0.0 || e1 == 0.0 || e2 == 0.0 {
+        let n = Single;
+        let [p0, p1, p2] = corners.map(|corner| sheared(n, corner, self.o, self.shear));
+        let mut e = edges(n, [p0, p1, p2]);
+        if e.contains(&0.0) {
             let edge = |a: [f32; 3], b: [f32; 3]| {
                 (a[0] as f64 * b[1] as f64 - a[1] as f64 * b[0] as f64) as f32
             };
-            (e0, e1, e2) = (edge(p1, p2), edge(p2, p0), edge(p0, p1));
+            e = [edge(p1, p2), edge(p2, p0), edge(p0, p1)];
         }
-        if (e0 < 0.0 || e1 < 0.0 || e2 < 0.0) && (e0 > 0.0 || e1 > 0.0 || e2 > 0.0) {
+        if e.iter().any(|&e| e < 0.0) && e.iter().any(|&e| e > 0.0) {
             return None;
         }
-        let det = e0 + e1 + e2;
-        if det == 0.0 {
+        if e[0] + e[1] + e[2] == 0.0 {
             return None;
         }
-        p0[2] *= self.shear[2];
-        p1[2] *= self.shear[2];
-        p2[2] *= self.shear[2];
-        let t_scaled = e0 * p0[2] + e1 * p1[2] + e2 * p2[2];
-        let inverse_det = 1.0 / det;
-        let mut t = t_scaled * inverse_det;
+        let Meeting {
+            mut t,
+            error,
+            inverse_det,
+        } = Meeting::new(n, [p0, p1, p2], e);
         if t >= t_max {
             return None;
         }
-        let max_x = largest(p0[0], p1[0], p2[0]);
-        let max_y = largest(p0[1], p1[1], p2[1]);
-        let max_z = largest(p0[2], p1[2], p2[2]);
-        let delta_z = gamma(3) * max_z;
-        let delta_x = gamma(5) * (max_x + max_z);
-        let delta_y = gamma(5) * (max_y + max_z);
-        let delta_e = 2.0 * (gamma(2) * max_x * max_y + delta_y * max_x + delta_x * max_y);
-        let max_e = largest(e0, e1, e2);
-        let delta_t = 3.0
-            * (gamma(3) * max_e * max_z + delta_e * max_z + delta_z * max_e)
-            * inverse_det.abs();
-        if t <= delta_t {
-            if t < -delta_t {
+        if t <= error {
+            if t < -error {
                 return None;
             }
             t = self.distance_to_plane(corners);
         }
         (t > 0.0 && t < t_max).then_some(TriangleHit {
             t,
-            barycentric: [e0 * inverse_det, e1 * inverse_det],
+            barycentric: [e[0] * inverse_det, e[1] * inverse_det],
         })
     }
 
@@ -165,10 +139,88 @@ impl RayShear {
     }
 }
 
+/// A corner with the axis nearest to the ray last, relative to the ray that starts in `o`, sheared.
+#[inline(always)]
+pub(super) fn sheared<N: Numbers>(
+    n: N,
+    corner: [N::Floats; 3],
+    o: [N::Floats; 3],
+    shear: [N::Floats; 3],
+) -> [N::Floats; 3] {
+    let [x, y, z] = [
+        n.sub(corner[0], o[0]),
+        n.sub(corner[1], o[1]),
+        n.sub(corner[2], o[2]),
+    ];
+    [
+        n.add(x, n.mul(shear[0], z)),
+        n.add(y, n.mul(shear[1], z)),
+        n.mul(shear[2], z),
+    ]
+}
+
+/// The edge values of a triangle of sheared corners: all of one sign where the ray passes through it.
+#[inline(always)]
+pub(super) fn edges<N: Numbers>(n: N, [p0, p1, p2]: [[N::Floats; 3]; 3]) -> [N::Floats; 3] {
+    [edge(n, p1, p2), edge(n, p2, p0), edge(n, p0, p1)]
+}
+
+#[inline(always)]
+fn edge<N: Numbers>(n: N, a: [N::Floats; 3], b: [N::Floats; 3]) -> N::Floats {
+    n.sub(n.mul(a[0], b[1]), n.mul(a[1], b[0]))
+}
+
+/// Where a ray meets the plane of a triangle.
+pub(super) struct Meeting<F> {
+    /// Distance along the ray.
+    pub(super) t: F,
+    /// The most by which it is wrong.
+    pub(super) error: F,
+    /// What turns edge values into weights of the vertices.
+    pub(super) inverse_det: F,
+}
+
+impl<F: Copy> Meeting<F> {
+    /// From sheared corners and edge values.
+    #[inline(always)]
+    pub(super) fn new<N: Numbers<Floats = F>>(n: N, [p0, p1, p2]: [[F; 3]; 3], e: [F; 3]) -> Self {
+        let det = n.add(n.add(e[0], e[1]), e[2]);
+        let t_scaled = n.add(
+            n.add(n.mul(e[0], p0[2]), n.mul(e[1], p1[2])),
+            n.mul(e[2], p2[2]),
+        );
+        let inverse_det = n.div(n.splat(1.0), det);
+        let max_x = largest(n, p0[0], p1[0], p2[0]);
+        let max_y = largest(n, p0[1], p1[1], p2[1]);
+        let max_z = largest(n, p0[2], p1[2], p2[2]);
+        let max_e = largest(n, e[0], e[1], e[2]);
+        let gamma2 = n.splat(gamma(2));
+        let gamma3 = n.splat(gamma(3));
+        let gamma5 = n.splat(gamma(5));
+        let delta_z = n.mul(gamma3, max_z);
+        let delta_x = n.mul(gamma5, n.add(max_x, max_z));
+        let delta_y = n.mul(gamma5, n.add(max_y, max_z));
+        let delta_xy = n.add(
+            n.add(n.mul(n.mul(gamma2, max_x), max_y), n.mul(delta_y, max_x)),
+            n.mul(delta_x, max_y),
+        );
+        let delta_e = n.mul(n.splat(2.0), delta_xy);
+        let delta = n.add(
+            n.add(n.mul(n.mul(gamma3, max_e), max_z), n.mul(delta_e, max_z)),
+            n.mul(delta_z, max_e),
+        );
+        Self {
+            t: n.mul(t_scaled, inverse_det),
+            error: n.mul(n.mul(n.splat(3.0), delta), n.abs(inverse_det)),
+            inverse_det,
+        }
+    }
+}
+
 /// The largest absolute value.
 #[inline(always)]
-fn largest(a: f32, b: f32, c: f32) -> f32 {
-    a.abs().max(b.abs()).max(c.abs())
+fn largest<N: Numbers>(n: N, a: N::Floats, b: N::Floats, c: N::Floats) -> N::Floats {
+    n.max(n.max(n.abs(a), n.abs(b)), n.abs(c))
 }
 
 #[cfg(test)]
