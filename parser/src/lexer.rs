@@ -4,11 +4,6 @@
 //! tokens of their own; a string runs from quote to quote within one line; a comment starts with `#` at the *start* of
 //! a token only; anything else up to white space, a quote or a bracket is a word.
 
-use nom::branch::alt;
-use nom::bytes::complete::{tag, take_till1, take_while};
-use nom::combinator::{map, value};
-use nom::{IResult, Parser};
-
 use memchr::{memchr, memchr2, memchr3};
 
 use crate::numbers::{is_delimiter, is_space};
@@ -39,50 +34,49 @@ impl<'src> Token<'src> {
     }
 }
 
-/// Skips white space and comments.
-pub fn trivia(text: &[u8]) -> IResult<&[u8], (), ()> {
-    let (mut text, _) = take_while(is_space)(text)?;
-    while text.first() == Some(&b'#') {
-        (text, _) = (comment, take_while(is_space)).parse(text)?;
+/// Skips white space and comments, each from its `#` up to the line end.
+#[inline]
+fn trivia(mut text: &[u8]) -> &[u8] {
+    loop {
+        let blanks = text.iter().position(|&byte| !is_space(byte));
+        text = &text[blanks.unwrap_or(text.len())..];
+        if text.first() != Some(&b'#') {
+            return text;
+        }
+        let length = memchr2(b'\n', b'\r', text).unwrap_or(text.len());
+        text = &text[length..];
     }
-    Ok((text, ()))
 }
 
-/// Reads the next token; an error at the end of the text.
-pub fn token(text: &[u8]) -> IResult<&[u8], Token<'_>, ()> {
-    let (text, _) = trivia(text)?;
-    alt((
-        value(Token::Open, tag("[")),
-        value(Token::Close, tag("]")),
-        quoted,
-        map(take_till1(is_delimiter), Token::Word),
-    ))
-    .parse(text)
+/// The next token and the text behind it; nothing at the end of the text.
+#[inline]
+pub fn token(text: &[u8]) -> Option<(Token<'_>, &[u8])> {
+    let text = trivia(text);
+    match text.first()? {
+        b'[' => Some((Token::Open, &text[1..])),
+        b']' => Some((Token::Close, &text[1..])),
+        b'"' => Some(quoted(text)),
+        _ => {
+            let length = text.iter().position(|&byte| is_delimiter(byte));
+            let (word, rest) = text.split_at(length.unwrap_or(text.len()));
+            Some((Token::Word(word), rest))
+        }
+    }
 }
 
-/// `#` up to, not including, the line end.
-fn comment(text: &[u8]) -> IResult<&[u8], &[u8], ()> {
-    let (rest, _) = tag("#")(text)?;
-    let length = memchr2(b'\n', b'\r', rest).unwrap_or(rest.len());
-    Ok((&rest[length..], &text[..length + 1]))
-}
-
-/// A string, or what there is of one.
-fn quoted(text: &[u8]) -> IResult<&[u8], Token<'_>, ()> {
-    tag("\"")(text)?;
+/// The string that starts with the quote here, or what there is of one, and the text behind it.
+fn quoted(text: &[u8]) -> (Token<'_>, &[u8]) {
     let mut at = 1;
     loop {
         let Some(found) = memchr3(b'"', b'\\', b'\n', &text[at..]) else {
-            return Ok((&text[text.len()..], Token::Unterminated(text)));
+            return (Token::Unterminated(text), &[]);
         };
         at += found;
         match text[at] {
-            b'"' => return Ok((&text[at + 1..], Token::Quoted(&text[..at + 1]))),
-            b'\n' => return Ok((&text[at..], Token::Unterminated(&text[..at]))),
+            b'"' => return (Token::Quoted(&text[..at + 1]), &text[at + 1..]),
+            b'\n' => return (Token::Unterminated(&text[..at]), &text[at..]),
             // The escaped byte, whatever it is, ends nothing; without one the text ends here.
-            _ if at + 1 == text.len() => {
-                return Ok((&text[text.len()..], Token::Unterminated(text)));
-            }
+            _ if at + 1 == text.len() => return (Token::Unterminated(text), &[]),
             _ => at += 2,
         }
     }
@@ -129,7 +123,7 @@ mod tests {
 
     fn all(mut text: &[u8]) -> Vec<Token<'_>> {
         let mut tokens = Vec::new();
-        while let Ok((rest, found)) = token(text) {
+        while let Some((found, rest)) = token(text) {
             tokens.push(found);
             text = rest;
         }
