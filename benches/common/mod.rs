@@ -2,7 +2,7 @@
 
 use std::fmt::{Display, Formatter};
 
-use tyndall::accel::{Bvh, Item, Key};
+use tyndall::accel::{Bvh, Item, Key, push_item};
 use tyndall::math::{Bounds3, Point3};
 use tyndall::shape::ply::decode;
 
@@ -76,11 +76,11 @@ fn bmw_m6() -> Vec<Triangle> {
 
 /// The hierarchy over triangles.
 pub(crate) fn hierarchy(triangles: &[Triangle]) -> Bvh {
-    let item = |(triangle, i): (&Triangle, u32)| {
+    let mut items = Vec::new();
+    for (triangle, i) in triangles.iter().zip(0..) {
         let corners = triangle.iter().map(|&p| Point3::from(p));
         let bounds = corners.fold(Bounds3::EMPTY, Bounds3::with_point);
-        Item::triangle(&bounds, [0, i])
-    };
-    let items = triangles.iter().zip(0..).map(item).collect();
+        push_item(&mut items, Item::triangle(&bounds, [0, i]));
+    }
     Bvh::build(items, |key: Key| triangles[key[1] as usize])
 }

@@ -193,72 +193,110 @@ impl<'a> Parts<'a> {
 }
 
 impl Directive {
+    /// The keyword it is written with.
+    pub fn keyword(&self) -> &'static str {
+        match self {
+            Self::Identity => "Identity",
+            Self::Translate(_) => "Translate",
+            Self::Scale(_) => "Scale",
+            Self::Rotate { .. } => "Rotate",
+            Self::LookAt { .. } => "LookAt",
+            Self::Transform(_) => "Transform",
+            Self::ConcatTransform(_) => "ConcatTransform",
+            Self::CoordinateSystem(_) => "CoordinateSystem",
+            Self::CoordSysTransform(_) => "CoordSysTransform",
+            Self::ActiveTransform(_) => "ActiveTransform",
+            Self::TransformTimes(_) => "TransformTimes",
+            Self::PixelFilter(_) => "PixelFilter",
+            Self::Film(_) => "Film",
+            Self::Sampler(_) => "Sampler",
+            Self::Accelerator(_) => "Accelerator",
+            Self::Integrator(_) => "Integrator",
+            Self::Camera(_) => "Camera",
+            Self::MakeNamedMedium(_) => "MakeNamedMedium",
+            Self::MediumInterface { .. } => "MediumInterface",
+            Self::WorldBegin => "WorldBegin",
+            Self::WorldEnd => "WorldEnd",
+            Self::AttributeBegin => "AttributeBegin",
+            Self::AttributeEnd => "AttributeEnd",
+            Self::TransformBegin => "TransformBegin",
+            Self::TransformEnd => "TransformEnd",
+            Self::Texture { .. } => "Texture",
+            Self::Material(_) => "Material",
+            Self::MakeNamedMaterial(_) => "MakeNamedMaterial",
+            Self::NamedMaterial(_) => "NamedMaterial",
+            Self::LightSource(_) => "LightSource",
+            Self::AreaLightSource(_) => "AreaLightSource",
+            Self::Shape(_) => "Shape",
+            Self::ReverseOrientation => "ReverseOrientation",
+            Self::ObjectBegin(_) => "ObjectBegin",
+            Self::ObjectEnd => "ObjectEnd",
+            Self::ObjectInstance(_) => "ObjectInstance",
+        }
+    }
+
     /// Keyword and arguments in the order they are written.
     pub fn parts(&self) -> Parts<'_> {
+        let keyword = self.keyword();
         match self {
-            Self::Identity => Parts::bare("Identity"),
-            Self::Translate(numbers) => Parts::numbers("Translate", numbers),
-            Self::Scale(numbers) => Parts::numbers("Scale", numbers),
+            Self::Identity => Parts::bare(keyword),
+            Self::Translate(numbers) => Parts::numbers(keyword, numbers),
+            Self::Scale(numbers) => Parts::numbers(keyword, numbers),
             Self::Rotate {
                 degrees,
                 axis: [x, y, z],
-            } => Parts::numbers("Rotate", &[*degrees, *x, *y, *z]),
+            } => Parts::numbers(keyword, &[*degrees, *x, *y, *z]),
             Self::LookAt { eye, target, up } => {
-                Parts::numbers("LookAt", [*eye, *target, *up].as_flattened())
+                Parts::numbers(keyword, [*eye, *target, *up].as_flattened())
             }
-            Self::Transform(matrix) => Parts::numbers("Transform", matrix),
-            Self::ConcatTransform(matrix) => Parts::numbers("ConcatTransform", matrix),
-            Self::CoordinateSystem(name) => Parts::string("CoordinateSystem", name),
-            Self::CoordSysTransform(name) => Parts::string("CoordSysTransform", name),
+            Self::Transform(matrix) => Parts::numbers(keyword, matrix),
+            Self::ConcatTransform(matrix) => Parts::numbers(keyword, matrix),
+            Self::CoordinateSystem(name) => Parts::string(keyword, name),
+            Self::CoordSysTransform(name) => Parts::string(keyword, name),
             Self::ActiveTransform(which) => Parts {
                 word: Some(which.word()),
-                ..Parts::bare("ActiveTransform")
+                ..Parts::bare(keyword)
             },
-            Self::TransformTimes(numbers) => Parts::numbers("TransformTimes", numbers),
-            Self::PixelFilter(plugin) => Parts::plugin("PixelFilter", plugin),
-            Self::Film(plugin) => Parts::plugin("Film", plugin),
-            Self::Sampler(plugin) => Parts::plugin("Sampler", plugin),
-            Self::Accelerator(plugin) => Parts::plugin("Accelerator", plugin),
-            Self::Integrator(plugin) => Parts::plugin("Integrator", plugin),
-            Self::Camera(plugin) => Parts::plugin("Camera", plugin),
-            Self::MakeNamedMedium(plugin) => Parts::plugin("MakeNamedMedium", plugin),
+            Self::TransformTimes(numbers) => Parts::numbers(keyword, numbers),
+            Self::PixelFilter(plugin) => Parts::plugin(keyword, plugin),
+            Self::Film(plugin) => Parts::plugin(keyword, plugin),
+            Self::Sampler(plugin) => Parts::plugin(keyword, plugin),
+            Self::Accelerator(plugin) => Parts::plugin(keyword, plugin),
+            Self::Integrator(plugin) => Parts::plugin(keyword, plugin),
+            Self::Camera(plugin) => Parts::plugin(keyword, plugin),
+            Self::MakeNamedMedium(plugin) => Parts::plugin(keyword, plugin),
             Self::MediumInterface { inside, outside } => {
                 let strings = std::iter::once(inside).chain(outside).collect();
                 Parts {
                     strings,
-                    ..Parts::bare("MediumInterface")
+                    ..Parts::bare(keyword)
                 }
             }
-            Self::WorldBegin => Parts::bare("WorldBegin"),
-            Self::WorldEnd => Parts::bare("WorldEnd"),
-            Self::AttributeBegin => Parts::bare("AttributeBegin"),
-            Self::AttributeEnd => Parts::bare("AttributeEnd"),
-            Self::TransformBegin => Parts::bare("TransformBegin"),
-            Self::TransformEnd => Parts::bare("TransformEnd"),
+            Self::WorldBegin => Parts::bare(keyword),
+            Self::WorldEnd => Parts::bare(keyword),
+            Self::AttributeBegin => Parts::bare(keyword),
+            Self::AttributeEnd => Parts::bare(keyword),
+            Self::TransformBegin => Parts::bare(keyword),
+            Self::TransformEnd => Parts::bare(keyword),
             Self::Texture {
                 name,
                 value_type,
                 class,
             } => Parts {
                 strings: vec![name, value_type, &class.name],
-                ..Parts::plugin("Texture", class)
+                ..Parts::plugin(keyword, class)
             },
-            Self::Material(plugin) => Parts::plugin("Material", plugin),
-            Self::MakeNamedMaterial(plugin) => Parts::plugin("MakeNamedMaterial", plugin),
-            Self::NamedMaterial(plugin) => Parts::plugin("NamedMaterial", plugin),
-            Self::LightSource(plugin) => Parts::plugin("LightSource", plugin),
-            Self::AreaLightSource(plugin) => Parts::plugin("AreaLightSource", plugin),
-            Self::Shape(plugin) => Parts::plugin("Shape", plugin),
-            Self::ReverseOrientation => Parts::bare("ReverseOrientation"),
-            Self::ObjectBegin(name) => Parts::string("ObjectBegin", name),
-            Self::ObjectEnd => Parts::bare("ObjectEnd"),
-            Self::ObjectInstance(name) => Parts::string("ObjectInstance", name),
+            Self::Material(plugin) => Parts::plugin(keyword, plugin),
+            Self::MakeNamedMaterial(plugin) => Parts::plugin(keyword, plugin),
+            Self::NamedMaterial(plugin) => Parts::plugin(keyword, plugin),
+            Self::LightSource(plugin) => Parts::plugin(keyword, plugin),
+            Self::AreaLightSource(plugin) => Parts::plugin(keyword, plugin),
+            Self::Shape(plugin) => Parts::plugin(keyword, plugin),
+            Self::ReverseOrientation => Parts::bare(keyword),
+            Self::ObjectBegin(name) => Parts::string(keyword, name),
+            Self::ObjectEnd => Parts::bare(keyword),
+            Self::ObjectInstance(name) => Parts::string(keyword, name),
         }
-    }
-
-    /// The keyword it is written with.
-    pub fn keyword(&self) -> &'static str {
-        self.parts().keyword
     }
 
     /// Whether both say the same, wherever they stand; NaN equals NaN here.

@@ -94,6 +94,23 @@ const DIRECTIVES: [(&str, Rule); 37] = [
     ("WorldEnd", |_| Ok(Some(Directive::WorldEnd))),
 ];
 
+/// For each capital letter, where the keywords that start with it stand in [`DIRECTIVES`]: every directive of a scene
+/// is looked up.
+const WITH_LETTER: [[usize; 2]; 26] = {
+    let mut ranges = [[0; 2]; 26];
+    let mut i = 0;
+    while i < DIRECTIVES.len() {
+        let range = &mut ranges[(DIRECTIVES[i].0.as_bytes()[0] - b'A') as usize];
+        if range[1] == 0 {
+            range[0] = i;
+        }
+        // A test sees to it that they are sorted.
+        range[1] = i + 1;
+        i += 1;
+    }
+    ranges
+};
+
 /// Every directive keyword.
 fn keywords() -> impl Iterator<Item = &'static str> {
     DIRECTIVES.iter().map(|&(keyword, _)| keyword)
@@ -260,15 +277,12 @@ impl Parser<'_> {
     /// Plain numbers, no brackets.
     fn numbers<const N: usize>(&mut self) -> Parsed<[f64; N]> {
         let mut values = [0.0; N];
-        for value in &mut values {
-            let number = match self.tokens.plain_number() {
-                Some(number) => number,
-                None => {
-                    let lexeme = self.required("a number")?;
-                    self.number(lexeme)?
-                }
-            };
-            *value = number.to_f64();
+        let mut count = self.tokens.plain_numbers(&mut values);
+        while count < N {
+            let lexeme = self.required("a number")?;
+            values[count] = self.number(lexeme)?.to_f64();
+            count += 1;
+            count += self.tokens.plain_numbers(&mut values[count..]);
         }
         Ok(values)
     }
@@ -413,8 +427,9 @@ impl Parser<'_> {
             return None;
         }
         let text = self.tokens.text(lexeme);
-        // Most differ in length already.
-        let found = DIRECTIVES
+        let letter = usize::from(text.first()?.wrapping_sub(b'A'));
+        let [start, end] = *WITH_LETTER.get(letter)?;
+        let found = DIRECTIVES[start..end]
             .iter()
             .find(|(keyword, _)| keyword.as_bytes() == text);
         found.map(|&(_, rule)| rule)

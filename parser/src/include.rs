@@ -258,12 +258,21 @@ impl<'a> TokenStream<'a> {
         count
     }
 
-    /// Takes one plain number if it follows in the current file.
-    pub(crate) fn plain_number(&mut self) -> Option<Number> {
-        let frame = self.frames.last().filter(|_| self.pushed_back.is_none())?;
-        let (number, used) = numbers::next(frame.rest())?;
-        self.advance(used);
-        Some(number)
+    /// Takes plain numbers into `values` as long as they follow in the current file; returns how many.
+    pub(crate) fn plain_numbers(&mut self, values: &mut [f64]) -> usize {
+        let Some(frame) = self.frames.last().filter(|_| self.pushed_back.is_none()) else {
+            return 0;
+        };
+        let (text, mut at, mut count) = (frame.rest(), 0, 0);
+        while count < values.len()
+            && let Some((number, used)) = numbers::next(&text[at..])
+        {
+            values[count] = number.to_f64();
+            at += used;
+            count += 1;
+        }
+        self.advance(at);
+        count
     }
 
     /// Moves behind numbers that were read without making tokens of them.

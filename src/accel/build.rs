@@ -74,15 +74,21 @@ impl Corners {
     }
 }
 
-/// Something in a hierarchy: its box, its key, and whether it is a triangle.
+/// Something in a hierarchy: its box, its key, and whether it is a slot or how many triangles.
 #[derive(Clone, Copy, Debug)]
 pub struct Item {
-    /// The box, and the key in the numbers that mean nothing there. Its topmost bit marks slots.
+    /// The box, and the key in the numbers that mean nothing there. Its topmost bit marks slots; of triangles the next
+    /// ones count those behind the first.
     corners: Corners,
 }
 
 impl Item {
     const IS_SLOT: u32 = 1 << 31;
+    const RUN_SHIFT: u32 = 29;
+    /// The bits of a triangle's key itself.
+    const GROUP: u32 = (1 << Self::RUN_SHIFT) - 1;
+    /// Most triangles of an item.
+    const MAX_RUN: usize = 1 << (31 - Self::RUN_SHIFT);
 
     fn new(bounds: &Bounds3, key: Key) -> Self {
         let [lo, hi] = [bounds.min.0, -bounds.max.0].map(|half| half.to_array());
@@ -92,9 +98,9 @@ impl Item {
         }
     }
 
-    /// A triangle in a box. The first half of the key is below 2³¹.
+    /// A triangle in a box. The first half of the key is below 2²⁹.
     pub fn triangle(bounds: &Bounds3, key: Key) -> Self {
-        debug_assert!(key[0] < Self::IS_SLOT);
+        debug_assert!(key[0] < 1 << Self::RUN_SHIFT);
         Self::new(bounds, key)
     }
 
@@ -109,10 +115,62 @@ impl Item {
         self.corners.0[3].to_bits() & Self::IS_SLOT != 0
     }
 
+    /// This and the one triangle that comes next, as one item: if it is the next by its key as well, and one box is
+    /// looked at no more often than two. Neighbours in a mesh mostly are, end in one packet anyhow, and are divided in
+    /// a part of the time.
+    #[inline]
+    fn joined(&self, next: &Self) -> Option<Self> {
+        let [first, second] = self.bits();
+        let n_triangles = self.n_triangles();
+        let follows = next.bits() == [first & Self::GROUP, second.wrapping_add(n_triangles as u32)];
+        if !follows || !(1..Self::MAX_RUN).contains(&n_triangles) {
+            return None;
+        }
+        let (ours, theirs) = (self.bounds(), next.bounds());
+        let both = ours.union(theirs);
+        let is_worth_it = both.half_area() <= ours.half_area() + theirs.half_area();
+        is_worth_it.then(|| Self::new(&both, [first + (1 << Self::RUN_SHIFT), second]))
+    }
+
+    /// How many triangles it is; 0 for a slot.
+    #[inline]
+    fn n_triangles(&self) -> usize {
+        if self.is_slot() {
+            0
+        } else {
+            1 + (self.bits()[0] >> Self::RUN_SHIFT) as usize
+        }
+    }
+
+    /// How much of a test it takes, in parts of a packet.
+    #[inline(always)]
+    fn weight(&self) -> u32 {
+        let [first, _] = self.bits();
+        // A slot has no triangles, so that these bits tell either.
+        if first & Self::IS_SLOT != 0 {
+            N_LANES as u32
+        } else {
+            1 + (first >> Self::RUN_SHIFT)
+        }
+    }
+
+    #[inline(always)]
+    fn bits(&self) -> [u32; 2] {
+        [3, 7].map(|lane| self.corners.0[lane].to_bits())
+    }
+
+    /// Of a slot.
     #[inline]
     fn key(&self) -> Key {
-        let [first, second] = [3, 7].map(|lane| self.corners.0[lane].to_bits());
+        let [first, second] = self.bits();
         [first & !Self::IS_SLOT, second]
+    }
+
+    /// Of each of its triangles.
+    fn triangle_keys(&self) -> impl Iterator<Item = Key> + use<> {
+        let [first, second] = self.bits();
+        let n_triangles = self.n_triangles() as u32;
+        (0..n_triangles).map(move |i| [first & Self::GROUP, second + i])
     }
 
     #[inline]
@@ -143,6 +201,7 @@ struct Part {
     start: usize,
     len: usize,
     n_slots: usize,
+    n_triangles: usize,
     bounds: Bounds3,
     centers: Bounds3,
 }
@@ -153,6 +212,7 @@ impl Part {
             start,
             len: 0,
             n_slots: 0,
+            n_triangles: 0,
             bounds: Bounds3::EMPTY,
             centers: Bounds3::EMPTY,
         }
@@ -168,30 +228,25 @@ impl Part {
     fn add(&mut self, item: &Item) {
         self.len += 1;
         self.n_slots += usize::from(item.is_slot());
+        self.n_triangles += item.n_triangles();
         self.bounds = self.bounds.union(item.bounds());
         self.centers = self.centers.with_point(Point3(item.center()));
     }
 
     /// Whether one packet or one slot holds it.
     fn is_one(&self) -> bool {
-        self.len == 1 || self.n_slots == 0 && self.len <= N_LANES
+        self.len == 1 || self.n_slots == 0 && self.n_triangles <= N_LANES
     }
 
     /// The sum of the weights.
     fn weight(&self) -> u32 {
-        (self.len - self.n_slots) as u32 + self.n_slots as u32 * weight(true)
+        (self.n_triangles + self.n_slots * N_LANES) as u32
     }
 
     fn fits_leaf(&self) -> bool {
-        self.n_slots == 0 && self.len <= MAX_TRIANGLES
+        self.n_slots == 0 && self.n_triangles <= MAX_TRIANGLES
             || self.n_slots == self.len && self.len <= MAX_SLOTS
     }
-}
-
-/// How much of a test an item takes, in parts of a packet.
-#[inline]
-fn weight(is_slot: bool) -> u32 {
-    if is_slot { N_LANES as u32 } else { 1 }
 }
 
 /// Expected tests of a leaf with items of a total weight.
@@ -201,11 +256,32 @@ fn tests(weight: u32) -> f32 {
     weight.div_ceil(N_LANES as u32) as i32 as f32
 }
 
+/// What goes into a packet: up to eight of the triangles of some items, but for the first ones.
+struct PacketRange {
+    first_item: u32,
+    end_item: u32,
+    n_skipped: u32,
+}
+
+/// Adds an item to those of a hierarchy: unless it is empty, and with the one before where they can be joined.
+pub fn push_item(items: &mut Vec<Item>, item: Item) {
+    if item.bounds().is_empty() {
+        return;
+    }
+    match items
+        .last_mut()
+        .and_then(|last| Some((last.joined(&item)?, last)))
+    {
+        Some((joined, last)) => *last = joined,
+        None => items.push(item),
+    }
+}
+
 /// Nodes, the ranges of items in packets, and slots; indices start at 0.
 struct Subtree {
     level: Level,
     nodes: Vec<Node>,
-    packets: Vec<(u32, u32)>,
+    packets: Vec<PacketRange>,
     slots: Vec<Key>,
 }
 
@@ -219,18 +295,22 @@ pub(super) fn build(
     assert!(items.len() <= Child::MAX_INDEX, "callers count their items");
     items.retain(|item| !item.bounds().is_empty());
     let root = Part::of(&items, 0);
-    let mut tree = Subtree::new(level);
+    let mut tree = Subtree::new(level, 0);
     if !items.is_empty() {
-        let child = tree.add(&mut items, &root, 0);
+        let branch = Branch::build(level, &mut items, &root, 0);
+        tree.nodes = Vec::with_capacity(branch.n_nodes().max(1));
+        let child = tree.append(branch);
         if !matches!(child.target(), Target::Node(_)) {
             let mut node = Node::EMPTY;
             node.set(0, &root.bounds, child);
             tree.nodes.push(node);
         }
     }
-    let pack = |&(start, len): &(u32, u32)| {
-        let items = &items[start as usize..][..len as usize];
-        Packet::new(items.iter().map(|item| (item.key(), corners(item.key()))))
+    let pack = |range: &PacketRange| {
+        let items = &items[range.first_item as usize..range.end_item as usize];
+        let keys = items.iter().flat_map(Item::triangle_keys);
+        let keys = keys.skip(range.n_skipped as usize).take(N_LANES);
+        Packet::new(keys.map(|key| (key, corners(key))))
     };
     let mut packets = Vec::new();
     tree.packets
@@ -238,7 +318,6 @@ pub(super) fn build(
         .with_min_len(256)
         .map(pack)
         .collect_into_vec(&mut packets);
-    tree.nodes.shrink_to_fit();
     tree.slots.shrink_to_fit();
     Built {
         nodes: tree.nodes,
@@ -249,10 +328,12 @@ pub(super) fn build(
 }
 
 impl Subtree {
-    fn new(level: Level) -> Self {
+    /// Nothing, with room for what about so many items become.
+    fn new(level: Level, n_items: usize) -> Self {
         Self {
             level,
-            nodes: Vec::new(),
+            // Growing would mean moving; what is never written takes no memory.
+            nodes: Vec::with_capacity(n_items / N_LANES + 1),
             packets: Vec::new(),
             slots: Vec::new(),
         }
@@ -260,6 +341,7 @@ impl Subtree {
 
     /// Adds what a part of `items` becomes, which starts with the item `part.start` of all.
     fn add(&mut self, items: &mut [Item], part: &Part, depth: usize) -> Child {
+        let base = part.start;
         let parts = divide(self.level, items, part, depth);
         if parts.len() == 1 {
             return self.add_leaf(items, part);
@@ -267,33 +349,10 @@ impl Subtree {
         let index = self.nodes.len();
         self.nodes.push(Node::EMPTY);
         let lanes = lanes_of(&parts);
-        let base = part.start;
-        if part.len < PARALLEL_ITEMS {
-            for (part, lane) in parts.iter().zip(lanes) {
-                let child = self.add(&mut items[part.start - base..][..part.len], part, depth + 1);
-                self.nodes[index].set(lane, &part.bounds, child);
-            }
-        } else {
-            let mut rest = items;
-            let mut jobs = Vec::new();
-            for part in parts {
-                let (items, others) = rest.split_at_mut(part.len);
-                jobs.push((items, part));
-                rest = others;
-            }
-            let level = self.level;
-            let subtrees: Vec<_> = jobs
-                .into_par_iter()
-                .map(|(items, part)| {
-                    let mut subtree = Self::new(level);
-                    let child = subtree.add(items, &part, depth + 1);
-                    (part, child, subtree)
-                })
-                .collect();
-            for ((part, child, subtree), lane) in subtrees.into_iter().zip(lanes) {
-                let child = self.append(subtree, child);
-                self.nodes[index].set(lane, &part.bounds, child);
-            }
+        for (part, lane) in parts.iter().zip(lanes) {
+            let items = &mut items[part.start - base..][..part.len];
+            let child = self.add(items, part, depth + 1);
+            self.nodes[index].set(lane, &part.bounds, child);
         }
         Child::new(Target::Node(index))
     }
@@ -305,16 +364,30 @@ impl Subtree {
             return Child::new(Target::Slots(first, part.len));
         }
         let first = self.packets.len();
-        let end = part.start + part.len;
-        for start in (part.start..end).step_by(N_LANES) {
-            let len = N_LANES.min(end - start);
-            self.packets.push((start as u32, len as u32));
+        for n_skipped in (0..part.n_triangles).step_by(N_LANES) {
+            self.packets.push(PacketRange {
+                first_item: part.start as u32,
+                end_item: (part.start + part.len) as u32,
+                n_skipped: n_skipped as u32,
+            });
         }
         Child::new(Target::Triangles(first, self.packets.len() - first))
     }
 
-    /// Takes over a subtree; returns what its root becomes.
-    fn append(&mut self, mut subtree: Self, root: Child) -> Child {
+    /// Takes over what was built apart; returns what its root becomes.
+    fn append(&mut self, branch: Branch) -> Child {
+        let (subtree, root) = match branch {
+            Branch::Built(subtree, root) => (subtree, root),
+            Branch::Divided(children) => {
+                let index = self.nodes.len();
+                self.nodes.push(Node::EMPTY);
+                for (lane, bounds, branch) in children {
+                    let child = self.append(branch);
+                    self.nodes[index].set(lane, &bounds, child);
+                }
+                return Child::new(Target::Node(index));
+            }
+        };
         let (node, packet, slot) = (self.nodes.len(), self.packets.len(), self.slots.len());
         let moved = |child: Child| {
             Child::new(match child.target() {
@@ -323,13 +396,62 @@ impl Subtree {
                 Target::Slots(first, count) => Target::Slots(slot + first, count),
             })
         };
-        self.nodes.extend(subtree.nodes.drain(..).map(|mut node| {
+        self.nodes.extend(subtree.nodes.into_iter().map(|mut node| {
             node.map_children(moved);
             node
         }));
-        self.packets.append(&mut subtree.packets);
-        self.slots.append(&mut subtree.slots);
+        self.packets.extend(subtree.packets);
+        self.slots.extend(subtree.slots);
         moved(root)
+    }
+}
+
+/// A part of a hierarchy, in pieces that were built at the same time.
+enum Branch {
+    /// A piece, and what its root is.
+    Built(Subtree, Child),
+    /// The lane of each child of a node, and its box.
+    Divided(Vec<(usize, Bounds3, Self)>),
+}
+
+impl Branch {
+    /// Builds what a part of `items` becomes.
+    fn build(level: Level, items: &mut [Item], part: &Part, depth: usize) -> Self {
+        let parts = if part.len < PARALLEL_ITEMS {
+            ArrayVec::new()
+        } else {
+            divide(level, items, part, depth)
+        };
+        if parts.len() < 2 {
+            let mut subtree = Subtree::new(level, part.len);
+            let root = subtree.add(items, part, depth);
+            return Self::Built(subtree, root);
+        }
+        let mut rest = items;
+        let mut jobs = Vec::new();
+        for (part, lane) in parts.iter().zip(lanes_of(&parts)) {
+            let (items, others) = rest.split_at_mut(part.len);
+            jobs.push((lane, items, *part));
+            rest = others;
+        }
+        let children = jobs.into_par_iter().map(|(lane, items, part)| {
+            let branch = Self::build(level, items, &part, depth + 1);
+            (lane, part.bounds, branch)
+        });
+        Self::Divided(children.collect())
+    }
+
+    /// The number of nodes.
+    fn n_nodes(&self) -> usize {
+        match self {
+            Self::Built(subtree, _) => subtree.nodes.len(),
+            Self::Divided(children) => {
+                1 + children
+                    .iter()
+                    .map(|(.., child)| child.n_nodes())
+                    .sum::<usize>()
+            }
+        }
     }
 }
 
@@ -503,12 +625,13 @@ impl Plane {
         const FAR: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
         let empty = lanes.load(&Corners::EMPTY.0);
         let (mut centers, mut bounds) = ([empty; 2], [empty; 2]);
-        let (mut n_left, mut n_slots) = (0, 0);
+        let (mut n_left, mut n_slots, mut weight) = (0, 0, 0);
         for next in 0..items.len() {
             let item = &items[next];
             let center = item.center();
             let is_left = self.binning.place(center)[self.axis] < self.place;
             n_slots += usize::from(is_left & item.is_slot());
+            weight += item.weight() * u32::from(is_left);
             let of_center = lanes.load(&Corners::of_point(center).0);
             let of_item = lanes.load(&item.corners.0);
             let is_side = [is_left, !is_left];
@@ -522,10 +645,13 @@ impl Plane {
         let starts = [part.start, part.start + n_left];
         let lens = [n_left, part.len - n_left];
         let slots = [n_slots, part.n_slots - n_slots];
+        let n_triangles = weight as usize - n_slots * N_LANES;
+        let triangles = [n_triangles, part.n_triangles - n_triangles];
         [0, 1].map(|side| Part {
             start: starts[side],
             len: lens[side],
             n_slots: slots[side],
+            n_triangles: triangles[side],
             bounds: Corners(lanes.store(bounds[side])).bounds(),
             centers: Corners(lanes.store(centers[side])).bounds(),
         })
@@ -597,7 +723,7 @@ fn best_border<const N: usize, L: Lanes>(
     let mut all = 0;
     for item in items.iter().step_by(stride) {
         let place = binning.place(item.center());
-        let weight = weight(item.is_slot());
+        let weight = item.weight();
         for axis in 0..3 {
             let bin = &mut bins[place[axis].to_bits() as usize % N];
             bin.corners[axis].add(lanes, &item.corners);

@@ -8,7 +8,7 @@ pub mod node;
 pub mod point_tree;
 pub mod triangle;
 
-pub use build::Item;
+pub use build::{Item, push_item};
 pub use bvh::Bvh;
 pub use node::Key;
 pub use point_tree::PointTree;

@@ -232,8 +232,7 @@ fn read(path: &Path) -> Result<ImageFile, String> {
     let refusal = |why: String| format!("cannot read \"{}\": {why}", path.display());
     let extension = extension(path);
     let bytes = files::read(path).map_err(refusal)?;
-    let mut file =
-        codec::decode((*bytes).as_ref(), &extension).map_err(|error| refusal(error.to_string()))?;
+    let mut file = codec::decode(&bytes, &extension).map_err(|error| refusal(error.to_string()))?;
     if codec::is_eight_bit(&extension) {
         srgb::linearize(&mut file.image);
     }

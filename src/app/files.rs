@@ -4,7 +4,7 @@ use std::collections::HashMap;
 use std::fs::File;
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex};
 
 use tyndall_parser::source::{SourceBytes, Sources, Spanned};
 use tyndall_parser::{FileId, LoadError, Loaded, Loader};
@@ -57,6 +57,7 @@ impl Files {
         FileAssets {
             files: self,
             sources,
+            buffers: Buffers::default(),
         }
     }
 }
@@ -75,12 +76,48 @@ impl Loader for Files {
 struct FileAssets<'a> {
     files: &'a Files,
     sources: &'a Sources,
+    buffers: Buffers,
+}
+
+/// Memory of files that were read and done with, for the next ones: fresh memory from the system takes as long as
+/// reading.
+type Buffers = Arc<Mutex<Vec<Vec<u8>>>>;
+
+/// A file in memory that is given back.
+struct Lent {
+    bytes: Vec<u8>,
+    buffers: Buffers,
+}
+
+impl AsRef<[u8]> for Lent {
+    fn as_ref(&self) -> &[u8] {
+        &self.bytes
+    }
+}
+
+impl Drop for Lent {
+    fn drop(&mut self) {
+        let bytes = std::mem::take(&mut self.bytes);
+        // There is nothing to be repaired after a panic elsewhere.
+        if let Ok(mut buffers) = self.buffers.lock() {
+            buffers.push(bytes);
+        }
+    }
 }
 
 impl Assets for FileAssets<'_> {
     fn read(&self, path: &Spanned<String>) -> Result<SourceBytes, String> {
         let top_level = self.sources.name(self.sources.top_level(path.span.file));
-        read(&self.files.resolve(&path.value, top_level))
+        let buffer = self
+            .buffers
+            .lock()
+            .ok()
+            .and_then(|mut buffers| buffers.pop());
+        let path = self.files.resolve(&path.value, top_level);
+        Ok(Arc::new(Lent {
+            bytes: read_into(buffer.unwrap_or_default(), &path)?,
+            buffers: self.buffers.clone(),
+        }))
     }
 }
 
@@ -96,18 +133,29 @@ fn read_stdin() -> Result<SourceBytes, String> {
 
 /// Reads a scene file. What the parser would refuse for its length is not read.
 fn read_scene(path: &Path) -> Result<SourceBytes, String> {
-    read_up_to(path, TOO_LONG - 1, "a scene file may have 4 GiB")
+    let bytes = read_up_to(
+        Vec::new(),
+        path,
+        TOO_LONG - 1,
+        "a scene file may have 4 GiB",
+    )?;
+    Ok(Arc::new(bytes))
 }
 
 /// Reads a file that a scene or a command line names. Devices and pipes, which may never end, are refused: what comes out
 /// of a pipe is read from standard input. So is what has no room in memory, before it is read: holes in a file cost
 /// nothing, so that any length can be claimed.
-pub(super) fn read(path: &Path) -> Result<SourceBytes, String> {
-    let room = resources::memory_left().unwrap_or(u64::MAX);
-    read_up_to(path, room, "there is not so much memory")
+pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
+    read_into(Vec::new(), path)
 }
 
-fn read_up_to(path: &Path, most: u64, why: &str) -> Result<SourceBytes, String> {
+/// The same into memory that is there already, if it suffices.
+fn read_into(buffer: Vec<u8>, path: &Path) -> Result<Vec<u8>, String> {
+    let room = resources::memory_left().unwrap_or(u64::MAX);
+    read_up_to(buffer, path, room, "there is not so much memory")
+}
+
+fn read_up_to(buffer: Vec<u8>, path: &Path, most: u64, why: &str) -> Result<Vec<u8>, String> {
     let refusal = |error: io::Error| reason(&error);
     let metadata = std::fs::metadata(path).map_err(refusal)?;
     if !metadata.is_file() {
@@ -119,8 +167,14 @@ fn read_up_to(path: &Path, most: u64, why: &str) -> Result<SourceBytes, String> 
     let file = File::open(path).map_err(refusal)?;
     // Read, not mapped: a file that changes while it is mapped would be undefined behaviour. A file may grow meanwhile,
     // and some tell no length.
-    let mut bytes = Vec::new();
     let length = usize::try_from(metadata.len()).unwrap_or(usize::MAX);
+    let mut bytes = if length <= buffer.capacity() {
+        buffer
+    } else {
+        // Not grown: what it held would be moved.
+        Vec::new()
+    };
+    bytes.clear();
     bytes
         .try_reserve_exact(length)
         .map_err(|_| refusal(io::ErrorKind::OutOfMemory.into()))?;
@@ -128,7 +182,7 @@ fn read_up_to(path: &Path, most: u64, why: &str) -> Result<SourceBytes, String> 
     if n_read as u64 == most && most > metadata.len() {
         return Err(format!("it does not end after {} MiB: {why}", most >> 20));
     }
-    Ok(Arc::new(bytes))
+    Ok(bytes)
 }
 
 /// The system's words for an error, without its number.

@@ -52,7 +52,7 @@ impl Loaded {
                     add(parts, placed, &of_surface, &entity, diagnostics);
                 }
                 Placement::Moving(moving) => {
-                    let object = object(parts, &[(&shape, of_surface)], diagnostics);
+                    let object = object(parts, vec![(shape, of_surface)], diagnostics);
                     let motion = object.motion(space, &[*moving]);
                     parts.instances.push(Instance {
                         object: object.id,
@@ -67,7 +67,7 @@ impl Loaded {
                 .iter()
                 .map(|shape| surface(shape, diagnostics))
                 .collect();
-            object.place(&surfaces, space, parts, diagnostics);
+            object.place(surfaces, space, parts, diagnostics);
         }
     }
 }
@@ -75,8 +75,8 @@ impl Loaded {
 impl LocalObject {
     /// Places an object wherever an instance wants it.
     fn place(
-        &self,
-        surfaces: &[Surface],
+        self,
+        surfaces: Vec<Surface>,
         space: &RenderSpace,
         parts: &mut WorldParts,
         diagnostics: &mut Diagnostics,
@@ -85,7 +85,7 @@ impl LocalObject {
         let only_one = placements.len() == 1;
         let all_still = placements.iter().all(|p| matches!(p, Placement::Still(_)));
         let mut shared = Vec::new();
-        for (shape, surface) in self.shapes.iter().zip(surfaces) {
+        for (shape, mut surface) in self.shapes.into_iter().zip(surfaces) {
             let emits = surface.emission.is_some();
             match shape.still() {
                 Some(definition) if all_still && (only_one || emits) => {
@@ -107,11 +107,10 @@ impl LocalObject {
                         let local = shape.local.clone();
                         let placed =
                             placed(local, entity, Some(definition), &transform, Some(&instance));
-                        add(parts, placed, surface, entity, diagnostics);
+                        add(parts, placed, &surface, entity, diagnostics);
                     }
                 }
                 still => {
-                    let mut surface = *surface;
                     if surface.emission.take().is_some() {
                         let message = "an area light in a moving instance does not emit";
                         let span = shape.entity.entity.span;
@@ -120,20 +119,21 @@ impl LocalObject {
                     if still.is_some() {
                         shared.push((shape, surface));
                     } else {
-                        instantiate(&[(shape, surface)], placements, space, parts, diagnostics);
+                        let alone = vec![(shape, surface)];
+                        instantiate(alone, placements, space, parts, diagnostics);
                     }
                 }
             }
         }
         if !shared.is_empty() {
-            instantiate(&shared, placements, space, parts, diagnostics);
+            instantiate(shared, placements, space, parts, diagnostics);
         }
     }
 }
 
 /// Makes an object of shapes that move as one, and an instance of it at each placement.
 fn instantiate(
-    shapes: &[(&LocalShape, Surface)],
+    shapes: Vec<(LocalShape, Surface)>,
     placements: &[Placement],
     space: &RenderSpace,
     parts: &mut WorldParts,
@@ -144,6 +144,7 @@ fn instantiate(
         Placement::Still(_) => None,
     };
     let object = object(parts, shapes, diagnostics);
+    parts.instances.reserve(placements.len());
     for placement in placements {
         let motion = match placement {
             Placement::Still(instance) => match own_motion {
@@ -171,10 +172,12 @@ struct PlacedObject {
 
 impl PlacedObject {
     fn still(&self, space: &RenderSpace, world_from_instance: &Transform) -> Motion {
+        let object_space = self.local_space.inverse();
+        // The inverse of the step between is not asked for.
+        let affine = space.affine() * *world_from_instance.affine() * *object_space.affine();
+        let transform = Transform::from_affine(affine);
         Motion::Still(
-            space
-                .place(world_from_instance)
-                .compose(&self.local_space.inverse()),
+            transform.unwrap_or_else(|| space.place(world_from_instance).compose(&object_space)),
         )
     }
 
@@ -200,7 +203,7 @@ impl PlacedObject {
 /// object's definition.
 fn object(
     parts: &mut WorldParts,
-    shapes: &[(&LocalShape, Surface)],
+    shapes: Vec<(LocalShape, Surface)>,
     diagnostics: &mut Diagnostics,
 ) -> PlacedObject {
     let id = ObjectId::new(parts.n_objects);
@@ -212,15 +215,11 @@ fn object(
         .fold(WorldBounds::EMPTY, WorldBounds::union);
     let local_space = RenderSpace::new(bounds, bounds.center());
     for (shape, surface) in shapes {
-        let transform = local_space.place(&definition(shape));
-        let placed = placed(
-            shape.local.clone(),
-            &shape.entity,
-            shape.still(),
-            &transform,
-            None,
-        );
-        add(parts, placed, surface, &shape.entity, diagnostics);
+        let transform = local_space.place(&definition(&shape));
+        let still = shape.still().copied();
+        let LocalShape { local, entity, .. } = shape;
+        let placed = placed(local, &entity, still.as_ref(), &transform, None);
+        add(parts, placed, &surface, &entity, diagnostics);
         let geometry = parts.geometries.last_mut().expect("one was just added");
         geometry.object = id;
     }

@@ -4,7 +4,7 @@
 //! two, so that the scene is about one unit large. Single precision is then spent where the camera looks, a scene far
 //! from the world origin loses nothing, and scaling a scene by 2ᵏ gives the same bits.
 
-use glam::{DMat4, DVec3};
+use glam::{DAffine3, DMat4, DVec3};
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Span;
 
@@ -89,6 +89,11 @@ impl RenderSpace {
     /// The way back.
     pub(super) fn world_from_render(&self) -> Transform {
         self.render_from_world.inverse()
+    }
+
+    /// The map itself.
+    pub(super) fn affine(&self) -> DAffine3 {
+        *self.render_from_world.affine()
     }
 
     /// Composes with a transform to world space.

@@ -35,8 +35,13 @@ impl Builder {
             span,
         } = directive;
         self.last = Some(span);
-        if !self.may_stand_here(&directive, span) {
-            return;
+        // Scenes are long because a few kinds of directives come again and again.
+        let kind = std::mem::discriminant(&directive);
+        if !self.draft.allowed.contains(&kind) {
+            if !self.may_stand_here(&directive, span) {
+                return;
+            }
+            self.draft.allowed.push(kind);
         }
         match directive {
             Directive::Identity => self.change_ctm("Identity", span, |_| DMat4::IDENTITY),

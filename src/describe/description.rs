@@ -1,6 +1,6 @@
 //! The scene description: what a file means, as plain entities. Nothing is opened or built yet.
 
-use glam::DMat4;
+use glam::{DAffine3, DMat4};
 use tyndall_parser::params::ParamList;
 use tyndall_parser::source::{Span, Spanned};
 
@@ -37,6 +37,32 @@ impl TransformPair {
     /// Whether the two differ.
     pub fn is_animated(&self) -> bool {
         self.start != self.end
+    }
+}
+
+/// A pair of affine transforms in the memory that it takes: scenes may have a million.
+#[derive(Clone, Debug)]
+pub struct CompactPair {
+    start: DAffine3,
+    /// Where it differs.
+    end: Option<Box<DAffine3>>,
+}
+
+impl CompactPair {
+    /// The pair, whose matrices have 0 0 0 1 as their last row.
+    pub fn new(pair: &TransformPair) -> Self {
+        let [start, end] = [pair.start, pair.end].map(DAffine3::from_mat4);
+        Self {
+            start,
+            end: pair.is_animated().then(|| Box::new(end)),
+        }
+    }
+
+    /// As matrices.
+    pub fn pair(&self) -> TransformPair {
+        let start = DMat4::from(self.start);
+        let end = self.end.as_ref().map_or(start, |end| DMat4::from(**end));
+        TransformPair { start, end }
     }
 }
 
@@ -167,7 +193,7 @@ pub struct InstanceEntity {
     /// The object placed.
     pub object: ObjectRef,
     /// The CTM at the directive; multiplies the object's own transforms on the left.
-    pub world_from_instance: TransformPair,
+    pub world_from_instance: CompactPair,
     /// The directive.
     pub span: Span,
 }

@@ -8,7 +8,8 @@ use super::description::{
 use super::names::Scoped;
 use glam::DMat4;
 use std::collections::{HashMap, HashSet};
-use tyndall_parser::directive::ActiveTransform;
+use std::mem::Discriminant;
+use tyndall_parser::directive::{ActiveTransform, Directive};
 use tyndall_parser::params::ParamList;
 use tyndall_parser::source::{FileId, Span, Spanned};
 
@@ -39,6 +40,13 @@ impl Ctm {
     pub(super) fn changed(&self, change: impl Fn(DMat4) -> DMat4) -> TransformPair {
         let TransformPair { start, end } = self.pair;
         match self.active {
+            ActiveTransform::All if !self.pair.is_animated() => {
+                let both = change(start);
+                TransformPair {
+                    start: both,
+                    end: both,
+                }
+            }
             ActiveTransform::All => TransformPair {
                 start: change(start),
                 end: change(end),
@@ -156,6 +164,8 @@ pub(super) struct Options {
 pub(super) struct Draft {
     /// `WorldBegin`, once it was met: the world block.
     pub(super) world: Option<Span>,
+    /// Kinds of directives that were met in this block and may stand in it.
+    pub(super) allowed: Vec<Discriminant<Directive>>,
     /// The options.
     pub(super) options: Options,
     /// The current transforms.
@@ -225,6 +235,7 @@ impl Default for Draft {
         };
         Self {
             world: None,
+            allowed: Vec::new(),
             options: Options::default(),
             ctm: Ctm::default(),
             saved_ctms: Vec::new(),

@@ -70,11 +70,15 @@ fn keep<T: Copy>(
     kept: usize,
     convert: impl Fn(T) -> f32,
 ) -> Vec<f32> {
-    samples
-        .chunks_exact(stride)
-        .flat_map(|pixel| &pixel[..kept])
-        .map(|&sample| convert(sample))
-        .collect()
+    if kept == stride {
+        return samples.iter().map(|&sample| convert(sample)).collect();
+    }
+    // Their number is known: the memory need not grow.
+    let mut converted = Vec::with_capacity(samples.len() / stride * kept);
+    for pixel in samples.chunks_exact(stride) {
+        converted.extend(pixel[..kept].iter().map(|&sample| convert(sample)));
+    }
+    converted
 }
 
 fn from_u8(code: u8) -> f32 {

@@ -19,6 +19,8 @@ const BAND: usize = 64;
 
 /// The old texels that make one new one.
 struct Taps {
+    /// Where the first of them would be if the image went on: four that follow one another, wherever they wrap to.
+    first: i64,
     /// Index of each old texel; `None` where black lies.
     texels: [Option<usize>; N_TAPS],
     /// Their weights, with sum 1 over all four.
@@ -54,23 +56,28 @@ fn resampled<const N: usize>(image: &Image, columns: &[Taps], rows: &[Taps]) -> 
         .zip_eq(rows.par_chunks(BAND))
         .for_each(|(band, rows)| {
             // The last few old rows at the new width.
-            let mut wide: [(Option<usize>, Vec<f32>); N_TAPS] = Default::default();
+            let mut wide: [(Option<i64>, Vec<f32>); N_TAPS] = Default::default();
+            let slot = |place: i64| place.rem_euclid(N_TAPS as i64) as usize;
             for (row, taps) in band.chunks_exact_mut(row_length).zip(rows) {
-                // Fresh memory that is read first is mapped twice by the system.
-                row.fill(0.0);
-                for (texel, weight) in taps.texels.iter().zip(taps.weights) {
-                    let Some(y) = *texel else { continue };
-                    let (kept, wide) = &mut wide[y % N_TAPS];
-                    if *kept != Some(y) {
-                        *kept = Some(y);
-                        widen::<N>(&old[y * image.width()..][..image.width()], columns, wide);
+                for (place, texel) in (taps.first..).zip(taps.texels) {
+                    let (kept, wide) = &mut wide[slot(place)];
+                    if kept.replace(place) == Some(place) {
+                        continue;
                     }
-                    for (sample, &old) in row.iter_mut().zip(&*wide) {
-                        *sample += weight * old;
+                    match texel {
+                        Some(y) => {
+                            let old = &old[y * image.width()..][..image.width()];
+                            widen::<N>(old, columns, wide);
+                        }
+                        None => *wide = vec![0.0; row_length],
                     }
                 }
-                for sample in row {
-                    *sample = sample.max(0.0);
+                let [a, b, c, d] = [0, 1, 2, 3].map(|tap| &wide[slot(taps.first + tap)].1);
+                let [of_a, of_b, of_c, of_d] = taps.weights;
+                let old = a.iter().zip(b).zip(c).zip(d);
+                for (sample, (((a, b), c), d)) in row.iter_mut().zip(old) {
+                    let sum = of_a * a + of_b * b + of_c * c + of_d * d;
+                    *sample = sum.max(0.0);
                 }
             }
         });
@@ -100,6 +107,7 @@ fn taps(old: usize, new: usize, wrap: Wrap) -> Vec<Taps> {
         let weights = positions.map(|texel| lanczos((texel + 0.5 - center) / RADIUS));
         let sum: f32 = weights.iter().sum();
         Taps {
+            first: first as i64,
             texels: positions.map(|texel| wrap.index(texel as i64, old)),
             weights: weights.map(|w| w / sum),
         }

@@ -66,8 +66,9 @@ pub fn loop_limit(
     for _ in 0..levels {
         surface = surface.refined();
     }
-    surface.move_to_limit();
-    let normals = surface.normals();
+    let fans = surface.fans();
+    surface.move_to_limit(&fans);
+    let normals = surface.normals(&fans);
     let narrow = |v: &DVec3| v.as_vec3().to_array();
     Ok(Mesh {
         positions: surface.positions.iter().map(narrow).collect(),
@@ -126,7 +127,10 @@ fn twins_of(triangles: &[[u32; 3]]) -> Result<Vec<u32>, SubdivisionError> {
     let mut halves: Vec<([u32; 2], u32)> = (0..3 * triangles.len() as u32)
         .map(|half| (key(half), half))
         .collect();
-    halves.sort_unstable();
+    // As numbers they are compared at once.
+    halves.sort_unstable_by_key(|&([a, b], half)| {
+        (u128::from(a) << 64) | (u128::from(b) << 32) | u128::from(half)
+    });
     let mut twins = vec![NONE; halves.len()];
     for shared in halves.chunk_by(|(a, _), (b, _)| a == b) {
         match *shared {
@@ -238,7 +242,7 @@ impl Surface {
     }
 
     /// Each vertex with its neighbours weighed: by `boundary` on the boundary, by a function of the valence inside.
-    fn smoothed(&self, boundary: f64, inside: impl Fn(usize) -> f64) -> Vec<DVec3> {
+    fn smoothed(&self, fans: &[u32], boundary: f64, inside: impl Fn(usize) -> f64) -> Vec<DVec3> {
         let mut ring = Vec::new();
         let smooth = |(&first, &p): (&u32, &DVec3)| {
             if self.ring(first, &mut ring) {
@@ -248,16 +252,13 @@ impl Surface {
             let weight = inside(ring.len());
             p * (1.0 - ring.len() as f64 * weight) + ring.iter().sum::<DVec3>() * weight
         };
-        self.fans()
-            .iter()
-            .zip(&self.positions)
-            .map(smooth)
-            .collect()
+        fans.iter().zip(&self.positions).map(smooth).collect()
     }
 
     fn refined(&self) -> Self {
-        let mut positions = self.smoothed(1.0 / 8.0, beta);
-        // A new vertex on every edge.
+        let mut positions = self.smoothed(&self.fans(), 1.0 / 8.0, beta);
+        // A new vertex on every edge: at least one for two half edges.
+        positions.reserve(self.twins.len() / 2);
         let mut on_edge = vec![NONE; self.twins.len()];
         for half in 0..self.twins.len() as u32 {
             let twin = self.twins[half as usize];
@@ -308,13 +309,13 @@ impl Surface {
         }
     }
 
-    fn move_to_limit(&mut self) {
+    fn move_to_limit(&mut self, fans: &[u32]) {
         let inside = |valence: usize| 1.0 / (valence as f64 + 3.0 / (8.0 * beta(valence)));
-        self.positions = self.smoothed(1.0 / 5.0, inside);
+        self.positions = self.smoothed(fans, 1.0 / 5.0, inside);
     }
 
     /// Cross products of the limit tangents.
-    fn normals(&self) -> Vec<DVec3> {
+    fn normals(&self, fans: &[u32]) -> Vec<DVec3> {
         let mut ring = Vec::new();
         // Every vertex that refining makes has six neighbours.
         let six = circle(6);
@@ -327,11 +328,7 @@ impl Surface {
                 inside_normal(&ring, &circle(ring.len()))
             }
         };
-        self.fans()
-            .iter()
-            .zip(&self.positions)
-            .map(normal)
-            .collect()
+        fans.iter().zip(&self.positions).map(normal).collect()
     }
 }
 

@@ -1,11 +1,11 @@
 //! What the hierarchies of the world are built over: triangles of meshes, and slots for everything else. Keys are the
 //! geometry and the element, so that of two surfaces in one place the one declared first is seen.
 
-use rayon::iter::{
-    IndexedParallelIterator, IntoParallelIterator, ParallelExtend, ParallelIterator,
-};
+use std::ops::Range;
 
-use crate::accel::{Bvh, Item, Key};
+use rayon::iter::{IntoParallelIterator, ParallelIterator};
+
+use crate::accel::{self, Bvh, Item, Key};
 use crate::ids::{GeometryId, InstanceId};
 use crate::math::Bounds3;
 use crate::shape::Shape;
@@ -15,7 +15,7 @@ use crate::world::{ElementRef, Geometry};
 const INSTANCE: u32 = u32::MAX >> 1;
 
 /// Elements whose boxes are worth a second thread.
-const WORTH_A_THREAD: usize = 1 << 12;
+const WORTH_A_THREAD: u32 = 1 << 12;
 
 /// What a slot holds.
 pub(super) enum Slot {
@@ -27,6 +27,7 @@ pub(super) enum Slot {
 
 /// The elements of some of the geometries.
 pub(super) fn items_of(geometries: &[Geometry], chosen: &[usize]) -> Vec<Item> {
+    // What is never written takes no memory; growing would mean moving.
     let mut items = Vec::with_capacity(n_elements(geometries, chosen));
     for &index in chosen {
         let shape = &geometries[index].shape;
@@ -35,13 +36,26 @@ pub(super) fn items_of(geometries: &[Geometry], chosen: &[usize]) -> Vec<Item> {
             Shape::Quadric(_) | Shape::Curves(_) => Item::slot,
         };
         let elements = 0..shape.n_elements() as u32;
-        let item = |element| make(&shape.bounds(element), [index as u32, element]);
-        items.par_extend(
-            elements
-                .into_par_iter()
-                .with_min_len(WORTH_A_THREAD)
-                .map(item),
-        );
+        let add_all = |items: &mut Vec<Item>, elements: Range<u32>| {
+            for element in elements {
+                let item = make(&shape.bounds(element), [index as u32, element]);
+                accel::push_item(items, item);
+            }
+        };
+        if elements.end <= WORTH_A_THREAD {
+            add_all(&mut items, elements);
+            continue;
+        }
+        let starts: Vec<u32> = elements.clone().step_by(WORTH_A_THREAD as usize).collect();
+        let pieces: Vec<Vec<Item>> = starts
+            .into_par_iter()
+            .map(|start| {
+                let mut items = Vec::new();
+                add_all(&mut items, start..elements.end.min(start + WORTH_A_THREAD));
+                items
+            })
+            .collect();
+        items.extend(pieces.into_iter().flatten());
     }
     items
 }

@@ -199,7 +199,7 @@ fn assert_sound(frame: &Frame) {
         );
     }
     for instance in &frame.instances {
-        usable(instance.world_from_instance);
+        usable(instance.world_from_instance.pair());
         assert!(!frame.objects[instance.object.0 as usize].shapes.is_empty());
     }
     usable(frame.camera.world_from_camera);

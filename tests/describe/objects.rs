@@ -22,8 +22,8 @@ fn q16_an_object_keeps_its_own_transform_and_the_instance_multiplies_on_the_left
     assert!(frame.shapes.is_empty());
     let instance = &frame.instances[0];
     assert_eq!(instance.object, ObjectRef(0));
-    let total =
-        instance.world_from_instance.start * frame.objects[0].shapes[0].world_from_object.start;
+    let total = instance.world_from_instance.pair().start
+        * frame.objects[0].shapes[0].world_from_object.start;
     assert_eq!(point_at(total, [0.0; 3]), [2.0, 0.0, 0.0]);
 }
 

@@ -125,9 +125,9 @@ impl Suite {
         let bytes = files::read(path).map_err(refusal)?;
         let absolute = std::path::absolute(path).map_err(|error| refusal(error.to_string()))?;
         let directory = absolute.parent().map(Path::to_owned).unwrap_or_default();
-        let text = std::str::from_utf8((*bytes).as_ref())
-            .map_err(|_| refusal("it is not UTF-8 text".to_owned()))?;
-        let file = sources.add(path.display().to_string(), bytes.clone());
+        let text =
+            std::str::from_utf8(&bytes).map_err(|_| refusal("it is not UTF-8 text".to_owned()))?;
+        let file = sources.add_text(path.display().to_string(), text);
         let mut reader = Reader::new(file);
         let suite = reader.suite(text, &directory, directories);
         let found = reader.found;

@@ -41,9 +41,10 @@ pub(in crate::compile) fn load(
 ) -> Loaded {
     let times = frame.transform_times;
     let mut placements = vec![Vec::new(); frame.objects.len()];
-    for instance in &frame.instances {
+    // Scenes may consist of instances: there is no need to have them twice.
+    for instance in std::mem::take(&mut frame.instances) {
         let ObjectRef(object) = instance.object;
-        let pair = instance.world_from_instance;
+        let pair = instance.world_from_instance.pair();
         let placed = placement(pair, times, instance.span, diagnostics);
         placements[object as usize].extend(placed);
     }

@@ -10,6 +10,7 @@ use tyndall_parser::source::Span;
 impl Builder {
     pub(super) fn world_begin(&mut self, span: Span) {
         self.draft.world = Some(span);
+        self.draft.allowed.clear();
         self.draft.ctm = Ctm::default();
         self.draft
             .coordinate_systems

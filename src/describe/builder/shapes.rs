@@ -3,7 +3,7 @@
 use super::Builder;
 use super::entities::{bindings, next};
 use crate::describe::description::{
-    AreaLightRef, InstanceEntity, ObjectEntity, ObjectRef, ShapeEntity,
+    AreaLightRef, CompactPair, InstanceEntity, ObjectEntity, ObjectRef, ShapeEntity,
 };
 use crate::describe::state::Block;
 use tyndall_parser::diagnostic::Diagnostic;
@@ -131,7 +131,7 @@ impl Builder {
         if self.draft.objects[object.0 as usize].shapes.is_empty() {
             return;
         }
-        let world_from_instance = self.draft.ctm.pair;
+        let world_from_instance = CompactPair::new(&self.draft.ctm.pair);
         self.draft.instances.push(InstanceEntity {
             object,
             world_from_instance,
