@@ -456,10 +456,11 @@ impl Branch {
 }
 
 /// The lanes of parts: first come those in which a search for any hit ends the soonest. Large ones are the likeliest to
-/// be hit, those of few items are searched the fastest.
+/// be hit, those that hold little are searched the fastest.
 fn lanes_of(parts: &[Part]) -> ArrayVec<usize, N_LANES> {
-    // The time grows with the number of items, but not in proportion.
-    let worth = |part: &Part| part.bounds.half_area() / (part.len as f32).sqrt();
+    // The time grows with what there is to search, but not in proportion.
+    let n_searched = |part: &Part| part.n_triangles + part.n_slots;
+    let worth = |part: &Part| part.bounds.half_area() / (n_searched(part) as f32).sqrt();
     let worths: ArrayVec<f32, N_LANES> = parts.iter().map(worth).collect();
     let is_before = |i: usize, j: usize| {
         let order = worths[i].total_cmp(&worths[j]);
@@ -759,4 +760,71 @@ fn best_border<const N: usize, L: Lanes>(
         place: first[axis] + Binning::UNITS,
         cost: cost * stride as f32,
     })
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::math::Point3;
+
+    fn cube(at: f32, side: f32) -> Bounds3 {
+        let corner = Point3::new(at, 0.0, 0.0);
+        Bounds3 {
+            min: corner,
+            max: Point3::new(at + side, side, side),
+        }
+    }
+
+    fn pushed(items: impl IntoIterator<Item = Item>) -> Vec<Vec<Key>> {
+        let mut all = Vec::new();
+        for item in items {
+            push_item(&mut all, item);
+        }
+        all.iter()
+            .map(|item| {
+                if item.is_slot() {
+                    vec![item.key()]
+                } else {
+                    item.triangle_keys().collect()
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn neighbours_of_a_mesh_are_divided_four_at_a_time_and_keep_their_keys() {
+        let triangles = (0..10).map(|i| Item::triangle(&cube(0.1 * i as f32, 1.0), [7, 5 + i]));
+        let runs = pushed(triangles);
+        assert_eq!(runs.iter().map(Vec::len).collect::<Vec<_>>(), [4, 4, 2]);
+        let keys: Vec<Key> = runs.concat();
+        assert_eq!(keys, (5..15).map(|i| [7, i]).collect::<Vec<_>>());
+    }
+
+    #[test]
+    fn nothing_is_joined_that_does_not_belong_together() {
+        let near = cube(0.0, 1.0);
+        for (what, second) in [
+            ("far away", Item::triangle(&cube(5.0, 1.0), [7, 1])),
+            ("of another mesh", Item::triangle(&near, [8, 1])),
+            ("not the next", Item::triangle(&near, [7, 2])),
+            ("the same again", Item::triangle(&near, [7, 0])),
+            ("no triangle", Item::slot(&near, [7, 1])),
+        ] {
+            let runs = pushed([Item::triangle(&near, [7, 0]), second]);
+            assert_eq!(runs.len(), 2, "{what}");
+            let slot_first = pushed([Item::slot(&near, [7, 0]), second]);
+            assert_eq!(slot_first.len(), 2, "{what}");
+        }
+        assert!(pushed([Item::triangle(&Bounds3::EMPTY, [7, 0])]).is_empty());
+    }
+
+    #[test]
+    fn a_joined_box_holds_both() {
+        let mut items = Vec::new();
+        push_item(&mut items, Item::triangle(&cube(0.0, 1.0), [0, 0]));
+        push_item(&mut items, Item::triangle(&cube(0.5, 1.0), [0, 1]));
+        let bounds = items[0].bounds();
+        assert_eq!((items.len(), bounds.max.0.x), (1, 1.5));
+        assert_eq!(bounds.min.0.x, 0.0);
+    }
 }

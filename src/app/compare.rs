@@ -142,6 +142,10 @@ pub(super) fn run(args: CompareArgs) -> Verdict {
         Verbosity::Normal
     });
     let destination = args.json.clone().map(Destination::new);
+    if let Some(why) = lost_file(&args, destination.as_ref()) {
+        console.say(&format!("fatal: {why}"));
+        return Verdict::Incomparable;
+    }
     let json = match destination.as_ref().map(ReportSink::new).transpose() {
         Ok(json) => json,
         Err(why) => {
@@ -170,6 +174,29 @@ pub(super) fn run(args: CompareArgs) -> Verdict {
         report.fail(why, &console);
     }
     report.outcome
+}
+
+/// Why a file that is read, or written, would be written over.
+fn lost_file(args: &CompareArgs, json: Option<&Destination>) -> Option<&'static str> {
+    let json = match json {
+        Some(Destination::File(file)) => Some(file.as_path()),
+        Some(Destination::Stdout) | None => None,
+    };
+    let pictures = [&args.test, &args.reference];
+    let is_picture = |file: &Path| pictures.iter().any(|picture| files::are_one(file, picture));
+    let map = args.map.as_deref();
+    if json.is_some_and(is_picture) {
+        Some("--json would replace a picture that is compared")
+    } else if map.is_some_and(is_picture) {
+        Some("--map would replace a picture that is compared")
+    } else if json
+        .zip(map)
+        .is_some_and(|(json, map)| files::are_one(json, map))
+    {
+        Some("--json and --map name one file")
+    } else {
+        None
+    }
 }
 
 /// Reads both pictures, measures, and writes the map.

@@ -131,6 +131,25 @@ fn read_stdin() -> Result<SourceBytes, String> {
     Ok(Arc::new(bytes))
 }
 
+/// Whether two paths lead to one file, or will.
+pub(super) fn are_one(a: &Path, b: &Path) -> bool {
+    let (a, b) = (resolved(a), resolved(b));
+    a.is_some() && a == b
+}
+
+/// Where a path leads. A file that is yet to be made has a directory already.
+fn resolved(path: &Path) -> Option<PathBuf> {
+    if let Ok(file) = std::fs::canonicalize(path) {
+        return Some(file);
+    }
+    let directory = Path::new(".").join(path.parent()?);
+    Some(
+        std::fs::canonicalize(directory)
+            .ok()?
+            .join(path.file_name()?),
+    )
+}
+
 /// Reads a scene file. What the parser would refuse for its length is not read.
 fn read_scene(path: &Path) -> Result<SourceBytes, String> {
     let bytes = read_up_to(

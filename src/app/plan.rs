@@ -6,6 +6,7 @@ use clap::CommandFactory;
 use clap::error::ErrorKind;
 
 use super::args::LowArgs;
+use super::files::are_one;
 use crate::compile::CompileOptions;
 use crate::image::codec::Precision;
 
@@ -127,6 +128,20 @@ impl Plan {
             task.leaves_stdout()?;
         }
         let inputs = inputs(files)?;
+        if let Some(Destination::File(report)) = &json {
+            let is_scene =
+                |input: &Input| matches!(input, Input::File(file) if are_one(file, report));
+            if inputs.iter().any(is_scene) {
+                return Err(conflict("--json would replace the scene"));
+            }
+            if args
+                .outfile
+                .as_ref()
+                .is_some_and(|file| are_one(file, report))
+            {
+                return Err(conflict("--json and --outfile name one file"));
+            }
+        }
         Ok(Self {
             task,
             inputs,

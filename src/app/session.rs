@@ -13,11 +13,11 @@ use tyndall_parser::source::{Sources, Span};
 use tyndall_parser::{FileId, SceneFile};
 
 use super::console::{self, Console};
-use super::files::Files;
+use super::files::{Files, are_one};
 use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::{Output, Place};
-use super::plan::{Input, Plan, Task};
+use super::plan::{Destination, Input, Plan, Task};
 use super::report::{Finding, JobReport, PictureReport, Report};
 use super::resources;
 use crate::compile::{Compiled, compile};
@@ -302,7 +302,16 @@ impl<'a> Session<'a> {
             }
             None => Path::new(&compiled.filename),
         };
-        let output = Place::new(path).and_then(|place| {
+        let place = match &self.plan.json {
+            Some(Destination::File(report)) if are_one(report, path) => {
+                let path = path.display();
+                Err(format!(
+                    "cannot write \"{path}\": --json puts the report there"
+                ))
+            }
+            _ => Place::new(path),
+        };
+        let output = place.and_then(|place| {
             let output = Output {
                 place,
                 precision: self.plan.precision,

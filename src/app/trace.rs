@@ -19,7 +19,7 @@ pub(super) fn follow(compiled: &Compiled, pixel: [i32; 2], sample: u32) -> (Stri
     };
     (
         writer.text(compiled, pixel, sample, &log, &taken),
-        taken.is_good(),
+        taken.is_good(&compiled.job),
     )
 }
 
@@ -54,7 +54,7 @@ impl Writer<'_> {
             text += &self.line(event);
             text.push('\n');
         }
-        let judgement = if taken.is_good() {
+        let judgement = if taken.is_good(job) {
             "counts"
         } else {
             "is not finite or negative: the sample is left out"

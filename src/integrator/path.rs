@@ -290,9 +290,13 @@ impl Path {
         }
     }
 
-    /// Russian roulette before the path scatters once more; survivors carry the energy of the others.
+    /// Russian roulette before the path scatters once more; survivors carry the energy of the others. What the camera sees
+    /// through an absorber is dark as a whole: it is not what other paths leave over.
     #[inline]
     fn survives<O: Observer>(&self, state: &mut State<'_, O>) -> bool {
+        if state.bounces == 0 {
+            return true;
+        }
         let level = ROULETTE_BELOW * self.rr_threshold;
         let carried = (state.beta * state.eta_scale).max_component();
         if !(carried < level) {
@@ -618,7 +622,8 @@ impl<O: Observer> State<'_, O> {
         weight: f32,
         medium: MediumId,
     ) {
-        let contribution = self.beta * f * sample.radiance * (weight / sample.pdf);
+        // First what is near 1: the product of all but the density may overflow.
+        let contribution = self.beta * f * (sample.radiance * (weight / sample.pdf));
         let mut transmittance = None;
         if !contribution.is_black() {
             let tr = self.transmittance::<VOLUMETRIC>(sample, medium);

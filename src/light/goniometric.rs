@@ -42,6 +42,11 @@ impl GoniometricLight {
         })
     }
 
+    /// What multiplies the map.
+    pub(super) fn strength(&self) -> Rgb {
+        self.intensity
+    }
+
     /// Position.
     pub fn position(&self) -> Point3 {
         self.p

@@ -42,6 +42,11 @@ impl InfiniteLight {
         }
     }
 
+    /// The radiance, or what multiplies the map.
+    pub(super) fn strength(&self) -> Rgb {
+        self.radiance
+    }
+
     /// `radiance` times a map in latitude and longitude, top row first, with non-negative finite values.
     /// `render_from_map` is the invertible linear part of the light's transform. Unless the light `heeds_normals`, which
     /// takes time and memory to prepare, [`InfiniteLight::sample`] takes [`Wanted::Facing`] for [`Wanted::All`].

@@ -67,6 +67,20 @@ impl Light {
         }
     }
 
+    /// Whether it takes light away in some channel: colours beyond the gamut do, as those of single wavelengths.
+    pub fn is_partly_negative(&self) -> bool {
+        let strength = match self {
+            Self::Point(point) => point.intensity,
+            Self::Spot(spot) => spot.strength(),
+            Self::Projection(projection) => projection.strength(),
+            Self::Goniometric(goniometric) => goniometric.strength(),
+            Self::Distant(distant) => distant.radiance,
+            Self::Infinite(infinite) => infinite.strength(),
+            Self::Area(area) => area.radiance,
+        };
+        strength.min_component() < 0.0
+    }
+
     /// If it is a point: its intensity in the unit direction `w`, away from it.
     pub fn intensity(&self, w: Vec3) -> Option<Rgb> {
         match self {

@@ -73,6 +73,11 @@ impl ProjectionLight {
         })
     }
 
+    /// What multiplies the picture.
+    pub(super) fn strength(&self) -> Rgb {
+        self.intensity
+    }
+
     /// Position.
     pub fn position(&self) -> Point3 {
         self.p

@@ -61,6 +61,11 @@ impl SpotLight {
         }
     }
 
+    /// Intensity on the axis.
+    pub(super) fn strength(&self) -> Rgb {
+        self.intensity
+    }
+
     /// Position.
     pub fn position(&self) -> Point3 {
         self.p

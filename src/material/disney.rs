@@ -79,7 +79,8 @@ impl Disney {
         } else {
             Rgb::ONE
         };
-        let roughness = at.float(self.roughness);
+        // As a constant is: a texture may go anywhere.
+        let roughness = at.float(self.roughness).max(0.0);
         let eta = at.index_of_refraction(self.eta);
         self.add_base(at, color, tint, roughness, bsdf);
 

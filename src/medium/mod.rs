@@ -126,7 +126,8 @@ impl Medium {
 fn channel_weights(beta: Rgb) -> Rgb {
     let sum = beta.r() + beta.g() + beta.b();
     if sum > 0.0 && sum.is_finite() {
-        beta * (1.0 / sum)
+        // Not times the reciprocal, which is infinite for the smallest numbers.
+        beta / sum
     } else {
         Rgb::splat(1.0 / 3.0)
     }

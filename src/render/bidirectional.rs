@@ -13,9 +13,7 @@ use crate::integrator::Bdpt;
 use crate::integrator::bdpt::{Apprentice, EmissionGuide, Emitters, Tracer};
 use crate::math::{Normal3, Point3};
 use crate::render::strategies::{StrategyBlocks, StrategyFilms};
-use crate::render::{
-    BlockResult, Job, RenderReport, SAMPLES_PER_PASS, Task, camera_sample, is_radiance,
-};
+use crate::render::{BlockResult, Job, RenderReport, SAMPLES_PER_PASS, Task, camera_sample};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
 
@@ -216,7 +214,7 @@ impl<'a> Bidirectional<'a> {
             }
             tracer.splats(&mut light_sampler, |strategy, raster, found| {
                 let rgb = found.weighted();
-                if !is_radiance(rgb) {
+                if !job.can_be(rgb) {
                     is_good = false;
                 } else if self.is_wanted(raster.map(|r| r.floor() as i32)) {
                     film.add_splat(&job.film, raster, rgb);
@@ -240,7 +238,7 @@ impl<'a> Bidirectional<'a> {
             }
             None => (Rgb::BLACK, 1.0),
         };
-        if is_radiance(radiance) {
+        if job.can_be(radiance) {
             film.add_sample(&job.film, camera_sample.raster, radiance, weight);
             if let Some(strategies) = strategies {
                 is_good &= strategies.add_sample(camera_sample.raster, weight);

@@ -11,7 +11,7 @@ use crate::image::PixelRect;
 use crate::integrator::Mlt;
 use crate::integrator::bdpt::{Emitters, Tracer};
 use crate::integrator::mlt::{Found, PrimarySample, evaluate};
-use crate::render::{BlockResult, Job, RenderReport, Tally, is_radiance};
+use crate::render::{BlockResult, Job, RenderReport, Tally};
 use crate::sampling::alias::AliasTable;
 use crate::sampling::rng::{Rng, mix_bits};
 use crate::spectrum::Rgb;
@@ -91,7 +91,7 @@ impl<'a> Metropolis<'a> {
                 .map(|index| {
                     let (mut sample, depth) = metropolis.bootstrap(index);
                     let (_, rgb) = metropolis.found(&mut tracer, depth, &mut sample);
-                    report.bad_samples += u64::from(!is_radiance(rgb));
+                    report.bad_samples += u64::from(!job.can_be(rgb));
                     (!cancel.load(Ordering::Relaxed)).then(|| brightness(rgb))
                 })
                 .collect();
@@ -193,7 +193,7 @@ impl<'a> Metropolis<'a> {
             let proposed = self.found(&mut tracer, depth, &mut sample);
             let (old, new) = (brightness(current.1), brightness(proposed.1));
             // No pixel and sample number lead back to a mutation.
-            report.bad_samples += u64::from(!is_radiance(proposed.1));
+            report.bad_samples += u64::from(!job.can_be(proposed.1));
             let acceptance = if new > 0.0 { (new / old).min(1.0) } else { 0.0 };
             // Both states count by their probabilities, which the choice between them only samples.
             for ((raster, rgb), luminance, probability) in [
@@ -220,8 +220,8 @@ impl<'a> Metropolis<'a> {
 
 /// What chains visit places in proportion to; 0 for what is no radiance.
 fn brightness(rgb: Rgb) -> f32 {
-    if is_radiance(rgb) {
-        rgb.luminance()
+    if rgb.is_finite() {
+        rgb.luminance().max(0.0)
     } else {
         0.0
     }

@@ -136,6 +136,12 @@ impl<'a> Tally<'a> {
 }
 
 impl Job {
+    /// Whether a radiance is one that this scene can have.
+    fn can_be(&self, radiance: Rgb) -> bool {
+        let may_be_negative = self.world.facts().has_negative_light;
+        radiance.is_finite() && (may_be_negative || radiance.luminance() >= 0.0)
+    }
+
     /// Strategies that get pictures of their own.
     pub fn visualized_strategies(&self) -> Vec<Strategy> {
         match &self.integrator {
@@ -438,11 +444,6 @@ fn camera_sample(job: &Job, pixel: [i32; 2], sampler: &mut Sampler) -> CameraSam
     }
 }
 
-/// Whether a radiance is one.
-fn is_radiance(radiance: Rgb) -> bool {
-    radiance.is_finite() && radiance.luminance() >= 0.0
-}
-
 /// Takes one sample. False if its radiance is no radiance; it is then left out. A sample that is split sees the light
 /// directly by rays of its own.
 fn render_sample(
@@ -454,7 +455,7 @@ fn render_sample(
     counters: &mut Counters,
 ) -> bool {
     let taken = take_sample(job, pixel, sample, counters, &mut Unobserved);
-    if !taken.is_good() {
+    if !taken.is_good(job) {
         return false;
     }
     if is_split {
@@ -479,8 +480,8 @@ pub struct Taken {
 
 impl Taken {
     /// Whether the radiance is one. If not, the sample is left out of the picture.
-    pub fn is_good(&self) -> bool {
-        is_radiance(self.radiance)
+    pub fn is_good(&self, job: &Job) -> bool {
+        job.can_be(self.radiance)
     }
 }
 

@@ -8,7 +8,7 @@
 
 use arrayvec::ArrayVec;
 
-use super::{Job, Taken, is_radiance};
+use super::{Job, Taken};
 use crate::camera::{CameraRay, CameraSample};
 use crate::film::{BLOCK, FilmBlock};
 use crate::image::PixelRect;
@@ -113,7 +113,7 @@ pub(super) fn add_split(
             }
         })
         .collect();
-    if !directly.iter().all(|part| is_radiance(part.radiance)) {
+    if !directly.iter().all(|part| job.can_be(part.radiance)) {
         return false;
     }
     let seen = taken

@@ -10,7 +10,7 @@ use rayon::prelude::{
     IndexedParallelIterator, IntoParallelIterator, ParallelIterator, ParallelSliceMut,
 };
 
-use super::{Job, Progress, RenderReport, Rendered, Tally, is_radiance};
+use super::{Job, Progress, RenderReport, Rendered, Tally};
 use crate::camera::{CameraRay, CameraSample};
 use crate::image::Image;
 use crate::integrator::sppm::{Gathered, Photon, PhotonMap, PhotonStatistics};
@@ -246,7 +246,7 @@ impl Pass<'_> {
             beta = point.beta * weight;
         }
         if is_last {
-            let is_good = pixel.conclude(path.radiance * weight, beta);
+            let is_good = pixel.conclude(job, path.radiance * weight, beta);
             if !is_good {
                 report.bad_samples += 1;
                 report.first_bad_sample.get_or_insert((place, iteration));
@@ -272,10 +272,10 @@ impl Pass<'_> {
 
 impl Pixel {
     /// Ends an iteration. False if what it found is no radiance; it is then left out.
-    fn conclude(&mut self, radiance: Rgb, beta: Rgb) -> bool {
+    fn conclude(&mut self, job: &Job, radiance: Rgb, beta: Rgb) -> bool {
         let gathered = std::mem::take(&mut self.gathered);
         let phi = Rgb::from_array(gathered.phi.map(|c| c as f32)) * beta;
-        if !is_radiance(radiance) || !is_radiance(phi) {
+        if !job.can_be(radiance) || !job.can_be(phi) {
             return false;
         }
         self.n_samples += 1;

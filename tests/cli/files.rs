@@ -149,3 +149,30 @@ fn exr_files_say_how_they_were_made() {
         assert_eq!(room.attribute("ball.exr", name).as_deref(), value, "{name}");
     }
 }
+
+#[test]
+fn reports_never_replace_what_is_read_or_written_beside_them() {
+    let room = Room::new();
+    let scene = room.read("ball.pbrt");
+    room.run("--quiet --json ball.pbrt --outfile a.pfm ball.pbrt")
+        .ends_with(2)
+        .says("--json would replace the scene");
+    room.run("--quiet --json ./same.exr --outfile same.exr ball.pbrt")
+        .ends_with(2)
+        .says("--json and --outfile name one file");
+    room.run("--quiet --json ball.exr ball.pbrt")
+        .ends_with(1)
+        .says("cannot write \"ball.exr\": --json puts the report there");
+    assert_eq!(room.read("ball.pbrt"), scene);
+    room.run("--quiet --outfile a.pfm ball.pbrt").ends_with(0);
+    let picture = room.read("a.pfm");
+    for (options, why) in [
+        ("--json a.pfm", "--json would replace a picture"),
+        ("--json b.png --map b.png", "--json and --map name one file"),
+    ] {
+        room.run(&format!("compare a.pfm a.pfm {options}"))
+            .ends_with(3)
+            .says(why);
+    }
+    assert_eq!(room.read("a.pfm"), picture);
+}

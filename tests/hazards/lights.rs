@@ -1,5 +1,9 @@
 //! Family L: lights.
 
+use std::sync::atomic::AtomicBool;
+
+use tyndall::render::{Unwatched, render};
+
 use crate::loaded::load;
 use crate::probe::Probe;
 use crate::seen::seen_by;
@@ -39,6 +43,35 @@ fn l05_lamps_in_instances_light_as_lamps_that_stand_by_themselves() {
         for (a, b) in a.iter().zip(&b) {
             assert!(b.value > 0.1);
             a.agrees_with_mean(b).assert_accepted(integrator);
+        }
+    }
+}
+
+#[test]
+fn n25_light_beyond_the_gamut_is_no_fault() {
+    // A cyan lamp takes red away, and a red floor little else: its luminance is negative.
+    let (scene, expected) = (
+        "LightSource \"infinite\" \"xyz L\" [.2 .6 .2]\n\
+         Material \"matte\" \"rgb Kd\" [1 .25 .5] Shape \"disk\" \"float radius\" 50\n",
+        [0.0, 0.25 * 0.940_3, 0.5 * 0.100_1],
+    );
+    let film = "Film \"image\" \"integer xresolution\" 2 \"integer yresolution\" 2\n\
+                Sampler \"halton\" \"integer pixelsamples\" 256\n";
+    for integrator in ["path", "volpath", "bdpt", "directlighting", "sppm", "mlt"] {
+        let seen = seen_by(integrator, 1, [0.4, 0.3, 1.0], [-0.1, 0.05, -1.0], scene);
+        let (compiled, _) = load(&(film.to_owned() + &seen), None);
+        let job = compiled.expect("a job").job;
+        let rendered = render(&job, &Unwatched, &AtomicBool::new(false));
+        assert_eq!(rendered.report.bad_samples, 0, "{integrator}");
+        // Chains go where there is something to be seen.
+        if integrator != "mlt" {
+            for (actual, expected) in rendered.image.pixel(0, 0).iter().zip(expected) {
+                let error = (f64::from(*actual) - expected).abs();
+                assert!(
+                    error <= 0.05 * expected,
+                    "{integrator}: {actual} {expected}"
+                );
+            }
         }
     }
 }

@@ -24,6 +24,22 @@ fn m14_masks_that_are_not_0_are_opaque() {
 }
 
 #[test]
+fn rough_textures_below_0_are_smooth() {
+    let world = environment([1.0; 3])
+        + "Texture \"bumpy\" \"float\" \"fbm\" Texture \"rough\" \"float\" \"scale\"\n\
+           \"texture tex1\" \"bumpy\" \"float tex2\" 4\n\
+           Material \"disney\" \"texture roughness\" \"rough\" \"spectrum scatterdistance\" [1 1]\n\
+           Shape \"disk\" \"float radius\" 9\n";
+    let scene = seen_by("path", 3, [0.4, 0.3, 4.0], [0.1, 0.2, -1.0], &world);
+    for sample in Probe::new(&scene).samples_within(64.0, 0, 4000) {
+        assert!(
+            sample.iter().all(|c| c.is_finite() && *c >= 0.0),
+            "{sample:?}"
+        );
+    }
+}
+
+#[test]
 fn m10_m11_textures_far_out_render_finite() {
     for texture in [
         "\"marble\" \"float scale\" 1e12",

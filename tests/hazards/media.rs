@@ -335,6 +335,50 @@ fn v16_absorbers_need_no_dice() {
 }
 
 #[test]
+fn v16_light_behind_an_absorber_needs_no_dice() {
+    // Of the light at the wall e^-9 arrives, for each sample the same: no path is ended for being dark.
+    let sigma = [1.0, 2.0, 3.0];
+    let world = homogeneous("air", sigma, NOTHING, 0.0)
+        + "MediumInterface \"air\" \"air\"\n\
+           LightSource \"point\" \"point from\" [0 0 2] \"rgb I\" [1 1 1]\n\
+           AttributeBegin Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] Translate 0 0 3 Rotate 180 1 0 0\n\
+           Shape \"disk\" \"float radius\" 50 AttributeEnd\n";
+    let scene = volpath(1, NOTHING, AHEAD, &world).replacen(
+        "Camera",
+        &(homogeneous("air", sigma, NOTHING, 0.0) + "MediumInterface \"\" \"air\"\nCamera"),
+        1,
+    );
+    let expected = sigma.map(|s: f64| 0.5 / std::f64::consts::PI * (-4.0 * s).exp());
+    assert_exact(&scene, expected, "through 3 and 1 units");
+}
+
+#[test]
+fn v09_light_of_one_channel_that_is_nearly_gone_keeps_to_numbers() {
+    for (sigma_a, sigma_s) in [
+        ([0.1; 3], [0.0, 0.0, 1.0]),
+        ([0.01, 0.02, 0.5], [0.0, 0.0, 1.0]),
+        ([1.0, 2.0, 3.0], [1e-10; 3]),
+    ] {
+        let fog = homogeneous("fog", sigma_a, sigma_s, 0.0);
+        for integrator in ["bdpt", "mlt", "volpath"] {
+            let scene = format!(
+                "Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16\n\
+                 Sampler \"random\" \"integer pixelsamples\" 64 Integrator \"{integrator}\"\n\
+                 {fog}MediumInterface \"\" \"fog\" Camera \"perspective\" WorldBegin\n\
+                 MediumInterface \"fog\" \"fog\" LightSource \"point\" \"point from\" [0 2 3]\n\
+                 Material \"matte\" Translate 0 0 5 Shape \"sphere\" WorldEnd\n"
+            );
+            let (job, _) = load(&scene, None);
+            let report = rendered(&job.expect("a job").job).report;
+            assert_eq!(
+                report.bad_samples, 0,
+                "{integrator}: {sigma_a:?} {sigma_s:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn v17_glass_of_index_1_around_a_medium_is_as_bright_as_nothing() {
     let world = |material: &str| {
         homogeneous("fog", [0.2, 0.1, 0.3], [1.0, 0.5, 2.0], 0.5)
@@ -431,6 +475,8 @@ fn v22_channels_are_chosen_by_chances_that_leave_none_out() {
             [0.0, 0.0, 0.0],
             [1e38, 1e38, 1e38],
             [1e-45, 0.0, 1e-38],
+            [0.0, 0.0, 1e-40],
+            [1e-45, 0.0, 0.0],
         ] {
             for t_max in [1e-30, 1.0, f32::INFINITY] {
                 for _ in 0..2000 {
