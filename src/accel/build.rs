@@ -100,7 +100,7 @@ impl Item {
 
     /// A triangle in a box. The first half of the key is below 2²⁹.
     pub fn triangle(bounds: &Bounds3, key: Key) -> Self {
-        debug_assert!(key[0] < 1 << Self::RUN_SHIFT);
+        assert!(key[0] < 1 << Self::RUN_SHIFT, "callers have fewer meshes");
         Self::new(bounds, key)
     }
 

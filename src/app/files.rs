@@ -171,6 +171,7 @@ pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
 /// The same into memory that is there already, if it suffices.
 fn read_into(buffer: Vec<u8>, path: &Path) -> Result<Vec<u8>, String> {
     let room = resources::memory_left().unwrap_or(u64::MAX);
+    let room = room.saturating_add(buffer.capacity() as u64);
     read_up_to(buffer, path, room, "there is not so much memory")
 }
 
@@ -191,6 +192,7 @@ fn read_up_to(buffer: Vec<u8>, path: &Path, most: u64, why: &str) -> Result<Vec<
         buffer
     } else {
         // Not grown: what it held would be moved.
+        drop(buffer);
         Vec::new()
     };
     bytes.clear();

@@ -183,6 +183,9 @@ fn is_singular(affine: &DMat4) -> bool {
 /// Whether the linear part is so far from singular, and so near to 1, that no doubt is left and nothing overflows. Most
 /// transforms are, and it takes little to know.
 fn is_tame(affine: &DMat4) -> bool {
+    if !affine.is_finite() {
+        return false;
+    }
     const MODERATE: f64 = 1e9;
     let columns = [affine.x_axis, affine.y_axis, affine.z_axis].map(|c| c.truncate());
     let largest = columns

@@ -103,6 +103,12 @@ impl FilterTable {
         self.radius
     }
 
+    /// Whether every sample counts alike, and in one pixel alone.
+    pub fn is_even_within_a_pixel(&self) -> bool {
+        let is_even = self.weights.iter().all(|w| *w == self.weights[0]);
+        is_even && self.radius.iter().all(|&r| r <= 0.5)
+    }
+
     #[inline]
     pub(super) fn index_x(&self, dx: f64) -> usize {
         ((dx.abs() / self.radius[0] * STEPS as f64) as usize).min(STEPS - 1)

@@ -4,13 +4,15 @@
 //! A crop window needs the light paths of the full frame: outside it only they are followed, so that a pixel is the
 //! same bits with or without it.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use crate::camera::{Camera, CameraRay};
 use crate::film::{Film, FilmBlock};
 use crate::image::PixelRect;
-use crate::integrator::Bdpt;
-use crate::integrator::bdpt::{Apprentice, EmissionGuide, Emitters, Tracer};
+use crate::integrator::bdpt::{EmissionGuide, Emitters, GuideTraining, Tracer};
+use crate::integrator::{Bdpt, Counters};
 use crate::math::{Normal3, Point3};
 use crate::render::strategies::{StrategyBlocks, StrategyFilms};
 use crate::render::{BlockResult, Job, RenderReport, SAMPLES_PER_PASS, Task, camera_sample};
@@ -20,13 +22,13 @@ use crate::spectrum::Rgb;
 /// Tells the numbers of light paths from those of camera paths.
 const LIGHT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
 /// The same of light paths that look where light should be sent.
-const SCOUT_SEED: u64 = 0x1405_7b7e_f767_814f;
+const TRAINING_SEED: u64 = 0x1405_7b7e_f767_814f;
 /// Light paths of the picture for each of those, how many there are at most, and at least if they are to know anything.
-const PATHS_PER_SCOUT: u64 = 16;
-const MAX_SCOUTS: u64 = 1 << 17;
-const MIN_SCOUTS: u64 = 1 << 10;
-/// Scouts that one worker follows at a time.
-const SCOUTS_AT_A_TIME: u64 = 256;
+const PATHS_PER_TRAINING_PATH: u64 = 16;
+const MAX_TRAINING_PATHS: u64 = 1 << 17;
+const MIN_TRAINING_PATHS: u64 = 1 << 7;
+/// Training paths that one worker follows at a time.
+const TRAINING_CHUNK: u64 = 256;
 /// Filters of a smaller radius leave parts of the frame without camera samples.
 const HALF_PIXEL: f64 = 0.5;
 
@@ -41,6 +43,8 @@ pub(super) struct Bidirectional<'a> {
     sampled: PixelRect,
     /// If single strategies are shown.
     strategies: Option<StrategyFilms>,
+    /// What happened while it was learnt where to send light.
+    training: Counters,
 }
 
 /// A block of the picture in the making.
@@ -50,7 +54,7 @@ struct Canvas<'a> {
 }
 
 impl<'a> Bidirectional<'a> {
-    pub(super) fn new(job: &'a Job, bdpt: &Bdpt, sampled: PixelRect) -> Self {
+    pub(super) fn new(job: &'a Job, bdpt: &Bdpt, sampled: PixelRect, cancel: &AtomicBool) -> Self {
         // Both kinds of samples must cover the frame alike for their weights to fit together.
         let is_covered = !job.pixel_centers
             && job.film.filter.radius().iter().all(|&r| r >= HALF_PIXEL)
@@ -62,29 +66,34 @@ impl<'a> Bidirectional<'a> {
             film: is_covered.then_some(&job.camera),
             sampled,
             strategies: bdpt.visualized.map(|shown| StrategyFilms::new(job, shown)),
+            training: Counters::default(),
         };
         if shared.film.is_some() {
-            let guides = shared.guides();
+            let guides = shared.guides(cancel);
             shared.emitters = shared.emitters.guided(guides);
         }
         shared
     }
 
     /// Where light from points should be sent: what some light paths tell that are no part of the picture.
-    fn guides(&self) -> Vec<Option<EmissionGuide>> {
-        let (job, world) = (self.job, &self.job.world);
-        let mut apprentices = Emitters::apprentices(world);
+    fn guides(&mut self, cancel: &AtomicBool) -> Vec<Option<EmissionGuide>> {
+        let (job, world): (&Job, _) = (self.job, &self.job.world);
+        let mut trainings = Emitters::trainings(world);
         let n_pixels: u64 = job.film.resolution.map(u64::from).iter().product();
-        let n_paths = (n_pixels.saturating_mul(job.spp.into()) / PATHS_PER_SCOUT).min(MAX_SCOUTS);
-        if apprentices.is_empty() || n_paths < MIN_SCOUTS {
+        let n_paths = (n_pixels.saturating_mul(job.spp.into()) / PATHS_PER_TRAINING_PATH)
+            .min(MAX_TRAINING_PATHS);
+        if trainings.is_empty() || n_paths < MIN_TRAINING_PATHS {
             return Vec::new();
         }
-        let starts: Vec<u64> = (0..n_paths).step_by(SCOUTS_AT_A_TIME as usize).collect();
+        let starts: Vec<u64> = (0..n_paths).step_by(TRAINING_CHUNK as usize).collect();
         let follow = |&start: &u64| {
             let mut tracer = self.tracer();
             let mut seen = Vec::new();
-            for index in start..n_paths.min(start + SCOUTS_AT_A_TIME) {
-                let mut sampler = Sampler::of_picture(job.sampler, job.seed ^ SCOUT_SEED, index);
+            if cancel.load(Ordering::Relaxed) {
+                return (seen, Counters::default());
+            }
+            for index in start..n_paths.min(start + TRAINING_CHUNK) {
+                let mut sampler = Sampler::of_picture(job.sampler, job.seed ^ TRAINING_SEED, index);
                 let [open, close] = job.camera.shutter();
                 let time = open + (close - open) * sampler.get_1d();
                 tracer.start(time, sampler.stream().next_u64());
@@ -100,23 +109,31 @@ impl<'a> Bidirectional<'a> {
                     seen.push((light, d, sum));
                 }
             }
-            seen
+            (seen, *tracer.counters())
         };
         let found: Vec<_> = starts.par_iter().map(follow).collect();
-        for (light, d, contribution) in found.into_iter().flatten() {
-            if let Some(apprentice) = &mut apprentices[light.index()] {
+        for (_, counters) in &found {
+            self.training.add(counters);
+        }
+        for (light, d, contribution) in found.into_iter().flat_map(|(seen, _)| seen) {
+            if let Some(training) = &mut trainings[light.index()] {
                 let (_, pdf_dir) = world.pdf_emission(light, Point3::ZERO, Normal3::ZERO, d);
-                apprentice.see(d, pdf_dir, contribution);
+                training.see(d, pdf_dir, contribution);
             }
         }
-        let learnt = |apprentice: &Option<Apprentice>| apprentice.as_ref()?.guide();
-        apprentices.iter().map(learnt).collect()
+        let learnt = |training: &Option<GuideTraining>| training.as_ref()?.guide();
+        trainings.iter().map(learnt).collect()
     }
 
     fn tracer(&self) -> Tracer<'_> {
         let n_pixels = self.job.film.resolution.map(u64::from).iter().product();
         Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth)
             .over_pixels(n_pixels)
+    }
+
+    /// What happened before the first block.
+    pub(super) fn training(&self) -> &Counters {
+        &self.training
     }
 
     /// Films for pictures of single strategies: none unless wanted.
@@ -167,19 +184,13 @@ impl<'a> Bidirectional<'a> {
     }
 
     /// The numbers of a light path. Those that belong to the pixels of the frame are one sequence together: light is
-    /// spread evenly over all of them, wherever it arrives. The sequence goes from pixel to pixel in runs that are as
-    /// long as a power of two can be that makes up a pass, so that those of a pixel are spread evenly as well.
+    /// spread evenly over all of them, wherever it arrives.
     fn light_sampler(&self, pixel: [i32; 2], sample: u32) -> Sampler {
         let (job, seed) = (self.job, self.job.seed ^ LIGHT_SEED);
-        let [width, height] = job.film.resolution;
-        if !PixelRect::from_size(width as usize, height as usize).holds(pixel) {
-            return Sampler::of_kind(job.sampler, seed, pixel, sample);
+        match index_in_picture(job.film.resolution, job.spp, pixel, sample) {
+            Some(index) => Sampler::of_picture(job.sampler, seed, index),
+            None => Sampler::of_kind(job.sampler, seed, pixel, sample),
         }
-        let run = 1 << job.spp.trailing_zeros().min(SAMPLES_PER_PASS.ilog2());
-        let n_pixels = u64::from(width) * u64::from(height);
-        let rank = pixel[1] as u64 * u64::from(width) + pixel[0] as u64;
-        let index = (u64::from(sample / run) * n_pixels + rank) * u64::from(run);
-        Sampler::of_picture(job.sampler, seed, index + u64::from(sample % run))
     }
 
     /// False if something found is no radiance; it is then left out.
@@ -250,5 +261,50 @@ impl<'a> Bidirectional<'a> {
             }
         }
         is_good
+    }
+}
+
+/// The place of a light path in the sequence of the picture; `None` for those of pixels beside the frame. The sequence goes
+/// from pixel to pixel in runs that are as long as a power of two can be of which the samples are made up, and no longer
+/// than a pass: so those of a pixel are spread evenly as well, and those of finished passes leave no gaps.
+fn index_in_picture(resolution: [u32; 2], spp: u32, pixel: [i32; 2], sample: u32) -> Option<u64> {
+    let [width, height] = resolution;
+    if !PixelRect::from_size(width as usize, height as usize).holds(pixel) {
+        return None;
+    }
+    let run = 1 << spp.trailing_zeros().min(SAMPLES_PER_PASS.ilog2());
+    let n_pixels = u64::from(width) * u64::from(height);
+    let rank = pixel[1] as u64 * u64::from(width) + pixel[0] as u64;
+    let first = (u64::from(sample / run) * n_pixels + rank) * u64::from(run);
+    Some(first + u64::from(sample % run))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::index_in_picture;
+
+    #[test]
+    fn light_paths_of_a_picture_are_a_sequence_without_gaps() {
+        let [width, height] = [5, 3];
+        for spp in [1, 2, 12, 16, 17, 24, 48] {
+            let index = |x, y, sample| index_in_picture([width, height], spp, [x, y], sample);
+            let mut seen = vec![false; (width * height * spp) as usize];
+            for y in 0..height as i32 {
+                for x in 0..width as i32 {
+                    for sample in 0..spp {
+                        let index = index(x, y, sample).expect("in the frame") as usize;
+                        assert!(!std::mem::replace(&mut seen[index], true), "{spp}: {index}");
+                    }
+                }
+            }
+            assert!(!seen.contains(&false));
+            // What is finished after a pass has no gaps either.
+            let n_first = spp.min(16) as u64 * u64::from(width * height);
+            if spp <= 16 || spp % 16 == 0 {
+                assert!((0..16.min(spp)).all(|sample| index(4, 2, sample) < Some(n_first)));
+            }
+            assert_eq!(index(-1, 0, 0), None);
+            assert_eq!(index(5, 0, 0), None);
+        }
     }
 }

@@ -218,10 +218,10 @@ impl<'a> Metropolis<'a> {
     }
 }
 
-/// What chains visit places in proportion to; 0 for what is no radiance.
+/// What chains visit places in proportion to, where light is taken away as well; 0 for what is no radiance.
 fn brightness(rgb: Rgb) -> f32 {
     if rgb.is_finite() {
-        rgb.luminance().max(0.0)
+        rgb.map(f32::abs).luminance()
     } else {
         0.0
     }

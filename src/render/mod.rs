@@ -5,7 +5,7 @@
 mod bidirectional;
 mod memory;
 mod mlt;
-mod rims;
+mod silhouettes;
 mod sppm;
 mod strategies;
 
@@ -25,7 +25,7 @@ use crate::spectrum::Rgb;
 use crate::world::World;
 use bidirectional::Bidirectional;
 use mlt::Metropolis;
-use rims::Rims;
+use silhouettes::Silhouettes;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
 /// last bits of every picture.
@@ -179,7 +179,7 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
     let bounds = film.sample_bounds();
     let bidirectional = match &job.integrator {
         Integrator::Mlt(settings) => return render_chains(job, settings, film, progress, cancel),
-        Integrator::Bdpt(bdpt) => Some(Bidirectional::new(job, bdpt, bounds)),
+        Integrator::Bdpt(bdpt) => Some(Bidirectional::new(job, bdpt, bounds, cancel)),
         Integrator::Path(_)
         | Integrator::VolPath(_)
         | Integrator::Direct(_)
@@ -222,7 +222,11 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         Some(shared) => shared.strategy_films(),
         None => Vec::new(),
     };
-    work.render(film, strategies, cancel)
+    let mut rendered = work.render(film, strategies, cancel);
+    if let Some(shared) = &bidirectional {
+        rendered.report.counters.add(shared.training());
+    }
+    rendered
 }
 
 /// Metropolis light transport: chains in place of blocks.
@@ -389,14 +393,16 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
     let mut film = job.film.start_block(task.block);
     let mut report = RenderReport::default();
     let block = task.block;
-    let rims = Rims::find(job, block, &mut report.counters);
+    let silhouettes = Silhouettes::find(job, block, &mut report.counters);
     for y in block.y0..block.y0 + block.height as i32 {
         for x in block.x0..block.x0 + block.width as i32 {
             if job.pixel_bounds.is_some_and(|bounds| !bounds.holds([x, y])) {
                 continue;
             }
             let pixel = [x, y];
-            let is_split = rims.as_ref().is_some_and(|rims| rims.are_near(pixel));
+            let is_split = silhouettes
+                .as_ref()
+                .is_some_and(|silhouettes| silhouettes.are_near(pixel));
             for sample in task.first_sample..task.first_sample + task.n_samples {
                 report.samples += 1;
                 let counters = &mut report.counters;
@@ -459,7 +465,7 @@ fn render_sample(
         return false;
     }
     if is_split {
-        return rims::add_split(job, pixel, sample, &taken, film, counters);
+        return silhouettes::add_split(job, pixel, sample, &taken, film, counters);
     }
     film.add_sample(&job.film, taken.raster, taken.radiance, taken.weight);
     true

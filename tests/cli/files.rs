@@ -151,7 +151,7 @@ fn exr_files_say_how_they_were_made() {
 }
 
 #[test]
-fn reports_never_replace_what_is_read_or_written_beside_them() {
+fn reports_replace_neither_the_scene_nor_a_picture() {
     let room = Room::new();
     let scene = room.read("ball.pbrt");
     room.run("--quiet --json ball.pbrt --outfile a.pfm ball.pbrt")

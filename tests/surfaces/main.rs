@@ -17,6 +17,6 @@ mod furnace;
 mod hazards;
 mod invariance;
 mod masks;
-mod rims;
 mod robustness;
+mod silhouettes;
 mod subsurface;

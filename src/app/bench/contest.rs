@@ -30,8 +30,8 @@ pub(super) struct Run {
     pub(super) peak_memory_bytes: Option<u64>,
     pub(super) mse: Option<f64>,
     pub(super) relmse: Option<f64>,
-    /// Half of the mean squared difference to the picture of the seed before, where they differ: the mean variance of a
-    /// pixel, which knows no reference.
+    /// Of every other seed: half of the mean squared difference to the picture of the seed before, where they differ. That
+    /// is the mean variance of a pixel, which knows no reference.
     pub(super) variance: Option<f64>,
     /// Mean of the picture over that of the reference, averaged over the channels.
     pub(super) mean_ratio: Option<f64>,
@@ -116,9 +116,6 @@ impl<'a> Contest<'a> {
             Renderer::Peer(peer) => self.peer(peer, scene, spp, seed, &picture, &mut run),
         };
         let before = self.workshop.path().join("before.exr");
-        if seed == 0 {
-            let _ = std::fs::remove_file(&before);
-        }
         let measured = rendered.and_then(|()| {
             if picture.is_file() {
                 self.compare(&picture, &scene.reference, renderer, &mut run)
@@ -127,10 +124,12 @@ impl<'a> Contest<'a> {
             }
         });
         if measured.is_ok() {
-            if before.is_file() {
+            // In pairs, which are independent of each other.
+            if seed.is_multiple_of(2) {
+                let _ = std::fs::rename(&picture, &before);
+            } else {
                 run.variance = self.variance(&picture, &before);
             }
-            let _ = std::fs::rename(&picture, &before);
         }
         run.failure = measured.err();
         if self.interrupt.is_wanted() {

@@ -37,7 +37,7 @@ use crate::sampler::Sampler;
 use crate::sampling::rng::Rng;
 use crate::spectrum::Rgb;
 use crate::world::{EmissionSample, LightStrategy, World};
-pub use guide::{Apprentice, EmissionGuide};
+pub use guide::{EmissionGuide, GuideTraining};
 pub use strategy::{Contribution, Strategy};
 use subpath::End;
 use vertex::{Kind, Vertex};
@@ -102,7 +102,7 @@ pub struct Emitters {
     infinite: Vec<LightId>,
     /// Some light has an extent: paths may meet it by chance.
     any_met: bool,
-    /// Where light from points is sent, by light; those beyond the last, and those without a guide, by their intensity.
+    /// Where light from points is sent, by light; without a guide by its intensity. Empty if there are no guides.
     guides: Vec<Option<EmissionGuide>>,
 }
 
@@ -126,13 +126,15 @@ impl Emitters {
     }
 
     /// Guides that have learnt nothing yet, by light: for lights that are points, if there are few of them.
-    pub fn apprentices(world: &World) -> Vec<Option<Apprentice>> {
+    pub fn trainings(world: &World) -> Vec<Option<GuideTraining>> {
         let lights = || (0..world.n_lights()).map(|i| world.light(LightId::new(i)));
         let n_points = lights().filter(|light| light.position().is_some()).count();
         if n_points == 0 || n_points > MAX_GUIDED {
             return Vec::new();
         }
-        lights().map(|light| Apprentice::of(light, world)).collect()
+        lights()
+            .map(|light| GuideTraining::of(light, world))
+            .collect()
     }
 
     /// Light is sent as `guides` say.
@@ -158,6 +160,7 @@ impl Emitters {
         };
         match guide.sample(u_dir) {
             Ok(d) => {
+                let d = d?;
                 let (_, own) = world.pdf_emission(light, Point3::ZERO, Normal3::ZERO, d);
                 world.emission_toward(light, d, guide.pdf(d, own))
             }

@@ -1,7 +1,8 @@
-//! Rims of lamps. A lamp is often a thousand times brighter than what is around it: the error of a picture is then that
-//! of the pixels its outline runs through, and there it is how evenly the samples cover a pixel. What the camera sees
-//! directly costs one ray where a path costs ten. So pixels near an outline see the light directly by several rays for
-//! each path (splitting; Arvo and Kirk 1990, *Particle Transport and Image Synthesis*).
+//! Silhouettes of lamps. A lamp is often a thousand times brighter than what is around it: the error of a picture is then
+//! that of the pixels its silhouette runs through, and there it is how evenly the samples cover a pixel. What the camera
+//! sees directly costs one ray where a path costs ten. So there the light that a path sees directly is a control variate:
+//! it is replaced by the mean of what several rays see (splitting; Arvo and Kirk 1990, *Particle Transport and Image
+//! Synthesis*).
 //!
 //! Which pixels these are is asked of the corners of pixels, and by nothing that is random: whatever the answer, pictures
 //! converge to the same.
@@ -23,9 +24,9 @@ const SEED: u64 = 0x3c6e_f372_fe94_f82b;
 /// Corners of a block's pixels and of those around it, along an edge.
 const CORNERS: usize = BLOCK as usize + 3;
 
-/// Pixels of one block that an outline of a lamp runs through or passes by: at least one corner of theirs, or of a
+/// Pixels of one block that the silhouette of a lamp runs through or passes by: at least one corner of theirs, or of a
 /// pixel beside them, sees other lamps than the rest.
-pub(super) struct Rims {
+pub(super) struct Silhouettes {
     origin: [i32; 2],
     /// Bit x of row y.
     near: [u16; BLOCK as usize],
@@ -34,7 +35,7 @@ pub(super) struct Rims {
 // A row of a block is a number of 16 bits.
 const _: () = assert!(BLOCK == 16);
 
-impl Rims {
+impl Silhouettes {
     /// Looks for them; `None` where there are none, or where light that is seen directly cannot be told apart.
     pub(super) fn find(job: &Job, block: PixelRect, counters: &mut Counters) -> Option<Self> {
         if !Self::may_be_in(job) {
@@ -70,10 +71,13 @@ impl Rims {
     /// Whether there is anything to look for. Samples that are limited in brightness are so as a whole.
     fn may_be_in(job: &Job) -> bool {
         let is_limited = job.film.max_sample_luminance < f32::INFINITY;
+        // Where samples have weights, those of the two parts would differ.
+        let is_even = job.film.filter.is_even_within_a_pixel();
         job.world.has_lamps()
             && job.integrator.sees_lights_directly(&job.world)
             && !job.pixel_centers
             && !is_limited
+            && is_even
     }
 
     /// Whether a pixel is one of them.
@@ -83,9 +87,8 @@ impl Rims {
     }
 }
 
-/// Adds a sample of a pixel near an outline: its path without the light that the camera sees directly, and that light
-/// from rays of its own. Pixels are divided by the weights of the latter, so that where a lamp fills them they are as
-/// bright as it is. False if some radiance is none; all of the sample is then left out.
+/// Adds a sample of a pixel near a silhouette: its path without the light that the camera sees directly, and that light
+/// from rays of its own. False if some radiance is none; all of the sample is then left out.
 pub(super) fn add_split(
     job: &Job,
     pixel: [i32; 2],
