@@ -524,6 +524,62 @@ mod tests {
     }
 
     #[test]
+    fn a_packet_finds_what_the_scalar_test_finds_to_the_last_bit() {
+        let mut rng = Rng::new(12);
+        let all = random_triangles(4000, 3);
+        let (mut n_hits, mut n_near) = (0, 0);
+        for (k, triangles) in all.chunks(8).enumerate() {
+            // Whole packets and parts of one; runs of one mesh, and not.
+            let triangles = &triangles[..1 + k % 8];
+            let items = triangles.iter().zip(0..).map(|(t, i)| {
+                let key = if k % 2 == 0 { [0, i] } else { [i % 3, i] };
+                Item::triangle(&around(t), key)
+            });
+            let mut joined = Vec::new();
+            items.for_each(|item| build::push_item(&mut joined, item));
+            let bvh = Bvh::build(joined, |key| triangles[key[1] as usize]);
+            for j in 0..60 {
+                // From afar, and from a corner, an edge or the inside of a triangle; some along an axis.
+                let [a, b, c] = triangles[j % triangles.len()].map(Point3::from);
+                let [u, v] = rng.uniform2();
+                let target = match j % 4 {
+                    0 => a,
+                    1 => a + (b - a) * u,
+                    _ => a + (b - a) * (u * 0.5) + (c - a) * (v * 0.5),
+                };
+                let mut d = uniform_sphere(rng.uniform2());
+                if j % 5 == 0 {
+                    d = [Vec3::new(0.0, 0.0, 1.0), Vec3::new(-1.0, 0.0, 0.0)][k % 2];
+                }
+                let away = [0.0, 1e-6, 0.5, 3.0][j / 4 % 4];
+                let ray = Ray {
+                    o: target - d * away,
+                    d,
+                    time: 0.0,
+                };
+                let shear = RayShear::new(&ray);
+                let plain = |t_max: f32| {
+                    let hits = (0..).zip(triangles).filter_map(|(i, t)| {
+                        let key = if k % 2 == 0 { [0, i] } else { [i % 3, i] };
+                        Some((key, shear.intersect(*t, t_max)?))
+                    });
+                    hits.min_by(|(i, a), (j, b)| a.t.total_cmp(&b.t).then(i.cmp(j)))
+                };
+                let nearest = plain(f32::INFINITY);
+                let limits = [f32::INFINITY, nearest.map_or(1.0, |(_, hit)| hit.t), 0.5];
+                for t_max in limits {
+                    let (found, expected) = (closest(&bvh, &ray, t_max), plain(t_max));
+                    assert_eq!(found, expected, "{triangles:?} {ray:?} {t_max}");
+                    assert_eq!(any(&bvh, &ray, t_max), expected.is_some());
+                    n_hits += usize::from(found.is_some());
+                    n_near += usize::from(found.is_some_and(|(_, hit)| hit.t < 1e-5));
+                }
+            }
+        }
+        assert!(n_hits > 10_000 && n_near > 300, "{n_hits} {n_near}");
+    }
+
+    #[test]
     fn nothing_is_hit_in_an_empty_hierarchy() {
         let bvh = of_boxes(&[Bounds3::EMPTY]);
         assert!(bvh.bounds().is_empty());
