@@ -73,7 +73,7 @@ impl Silhouettes {
         let is_limited = job.film.max_sample_luminance < f32::INFINITY;
         // Where samples have weights, those of the two parts would differ.
         let is_even = job.film.filter.is_even_within_a_pixel();
-        job.world.has_lamps()
+        job.world.facts().has_lamps
             && job.integrator.sees_lights_directly(&job.world)
             && !job.pixel_centers
             && !is_limited

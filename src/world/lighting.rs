@@ -325,11 +325,6 @@ impl World {
         }
     }
 
-    /// Whether any surface emits.
-    pub fn has_lamps(&self) -> bool {
-        self.geometries.iter().any(|g| g.first_light.is_some())
-    }
-
     /// Radiance that the nearest surface along a ray emits toward where it comes from; `None` if there is no surface.
     pub fn lamp_seen(&self, ray: &Ray) -> Option<Rgb> {
         let hit = self.closest(ray, f32::INFINITY)?;

@@ -90,6 +90,8 @@ pub struct Facts {
     pub has_motion: bool,
     /// Some light is a point, and some homogeneous medium scatters.
     pub has_points_in_fog: bool,
+    /// Some surface emits.
+    pub has_lamps: bool,
     /// Some light is negative in some channel: so may radiances be, which are a sign of a fault elsewhere.
     pub has_negative_light: bool,
 }
@@ -214,6 +216,7 @@ impl World {
                 .any(|i| !i.render_from_object.is_still()),
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
+            has_lamps: parts.geometries.iter().any(|g| g.first_light.is_some()),
             has_negative_light: parts.lights.iter().any(Light::is_partly_negative),
         };
         let veils = if parts.draws_light_in_media {
