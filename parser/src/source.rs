@@ -226,12 +226,15 @@ impl Sources {
         };
         let offset = (span.lo as usize).min(file.text().len());
         let start = file.line_start(offset);
-        let column = 1 + String::from_utf8_lossy(&file.text()[start..offset])
-            .chars()
-            .count();
+        let before = &file.text()[start..offset];
+        // Lines may be long and findings many. What is valid, as nearly all is, is counted at memory speed.
+        let n_before = match std::str::from_utf8(before) {
+            Ok(valid) => valid.chars().count(),
+            Err(_) => String::from_utf8_lossy(before).chars().count(),
+        };
         Location {
             line: 1 + file.lines_before(offset),
-            column,
+            column: 1 + n_before,
         }
     }
 
