@@ -159,7 +159,7 @@ impl Item {
         [3, 7].map(|lane| self.corners.0[lane].to_bits())
     }
 
-    /// Of a slot.
+    /// Of a slot; of triangles the count of the run is in it, which is good enough to order them by.
     #[inline]
     fn key(&self) -> Key {
         let [first, second] = self.bits();

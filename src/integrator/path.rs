@@ -9,7 +9,7 @@
 //!
 //! The integrand is pbrt-v3's. The estimator differs: the continuation of the path serves as the second half of
 //! multiple importance sampling, so that each vertex costs one shadow ray. Russian roulette waits until that half has
-//! found its light; it is not played after a number of bounces, but when little is left.
+//! found its light; from the second scattering on it is played when little is left, whatever the number of bounces.
 
 use crate::camera::RayDifferential;
 use crate::ids::{LightId, MaterialId, MediumId};

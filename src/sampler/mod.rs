@@ -10,7 +10,7 @@
 //! | `stratified` | one in each cell of a grid, or the centres of the cells with `jitter` off |
 //! | `random` | independent |
 //!
-//! Each is a function of (seed, pixel, sample, dimension), so that neither crop window nor order matters, and none runs
+//! Each is a function of (seed, pixel, sample, dimension), or of the place in one sequence for a whole picture, so that neither crop window nor order matters, and none runs
 //! out of samples or dimensions; the parameter `dimensions` has no effect.
 //!
 //! A [`Sampler`] is a small value on the stack of one path. Knows no film and no scene.
