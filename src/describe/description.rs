@@ -58,6 +58,16 @@ impl CompactPair {
         }
     }
 
+    /// At the start of the motion.
+    pub fn start(&self) -> &DAffine3 {
+        &self.start
+    }
+
+    /// At its end, where that differs.
+    pub fn end(&self) -> Option<&DAffine3> {
+        self.end.as_deref()
+    }
+
     /// As matrices.
     pub fn pair(&self) -> TransformPair {
         let start = DMat4::from(self.start);

@@ -136,6 +136,22 @@ impl Transform {
     }
 }
 
+/// The box around the image of a box, smallest and largest corner: to the last bit that of the images of its eight
+/// corners, as rounded sums grow with their terms, wherever these are finite.
+#[inline]
+pub fn image_of_box(map: &DAffine3, [lo, hi]: [DVec3; 2]) -> [DVec3; 2] {
+    let ends = |axis: DVec3, lo: f64, hi: f64| {
+        let (a, b) = (axis * lo, axis * hi);
+        [a.min(b), a.max(b)]
+    };
+    let m = &map.matrix3;
+    let x = ends(m.x_axis, lo.x, hi.x);
+    let y = ends(m.y_axis, lo.y, hi.y);
+    let z = ends(m.z_axis, lo.z, hi.z);
+    // In the order in which a point is transformed.
+    [0, 1].map(|end| x[end] + y[end] + z[end] + map.translation)
+}
+
 /// The largest power of two not above `x`, for finite positive `x`.
 pub fn power_of_two_near(x: f64) -> f64 {
     debug_assert!(x > 0.0 && x.is_finite());
@@ -149,6 +165,8 @@ pub fn power_of_two_near(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::animated::corners_of;
+    use crate::sampling::rng::Rng;
 
     #[test]
     fn inverse_undoes_tiny_and_huge_scales() {
@@ -160,6 +178,24 @@ mod tests {
                 t.inverse().point(t.point(DVec3::new(1.0, 2.0, 3.0))),
                 DVec3::new(1.0, 2.0, 3.0)
             );
+        }
+    }
+
+    #[test]
+    fn the_image_of_a_box_is_bounded_by_those_of_its_corners_to_the_last_bit() {
+        let mut rng = Rng::new(9);
+        let mut number = |scale: f64| (f64::from(rng.uniform()) - 0.5) * scale;
+        for _ in 0..10_000 {
+            let map = DAffine3::from_cols_array(&[0; 12].map(|_| number(3.0)));
+            let [a, b] = [0; 2].map(|_| DVec3::new(number(1.0), number(7.0), number(100.0)));
+            let [lo, hi] = [a.min(b), a.max(b)];
+            let images = corners_of([lo, hi]).map(|p| map.transform_point3(p));
+            let around = images
+                .into_iter()
+                .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], p| {
+                    [lo.min(p), hi.max(p)]
+                });
+            assert_eq!(image_of_box(&map, [lo, hi]), around);
         }
     }
 
