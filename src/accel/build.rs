@@ -329,7 +329,7 @@ impl Subtree {
         Self {
             level,
             // Growing would mean moving; what is never written takes no memory.
-            nodes: Vec::with_capacity(n_items / N_LANES + 1),
+            nodes: Vec::with_capacity(n_items / 4 + 1),
             packets: Vec::new(),
             slots: Vec::new(),
         }
@@ -645,6 +645,15 @@ impl Side {
         }
         side
     }
+
+    #[inline(always)]
+    fn of_bins<L: Lanes>(lanes: L, bins: &[Bins], axis: usize) -> Self {
+        let mut side = Self::EMPTY;
+        for bin in bins {
+            side.add(lanes, &bin.corners[axis], bin.weights[axis]);
+        }
+        side
+    }
 }
 
 impl Plane {
@@ -791,11 +800,11 @@ fn best_border<const N: usize, L: Lanes>(
     if !(cost < f32::INFINITY) {
         return None;
     }
-    let mut sides = [Side::EMPTY; 2];
-    for (bin, border) in bins[..n_bins].iter().zip(0..) {
-        let side = usize::from(border >= first[axis] as usize);
-        sides[side].add(lanes, &bin.corners[axis], bin.weights[axis]);
-    }
+    let (left, right) = bins[..n_bins].split_at(first[axis] as usize);
+    let sides = [
+        Side::of_bins(lanes, left, axis),
+        Side::of_bins(lanes, right, axis),
+    ];
     Some(Plane {
         binning,
         axis,

@@ -14,7 +14,7 @@ use rayon::iter::{
 };
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 
-use crate::compile::placement::{InstanceMotion, InstancePlacement, Placement};
+use crate::compile::placement::{self, InstanceMotion, InstancePlacement, Placement};
 use crate::compile::shapes::Local;
 use crate::compile::space::{RenderSpace, WorldBounds};
 use crate::describe::description::{Frame, ShapeEntity};
@@ -157,7 +157,9 @@ fn instantiate(
     let instance = |placement: &InstancePlacement| Instance {
         object: object.id,
         render_from_object: match (&placement.world_from_instance, own_motion) {
-            (InstanceMotion::Still(map), None) => object.still(space, map, placement),
+            (InstanceMotion::Still(world_from_instance), None) => {
+                object.still(space, world_from_instance)
+            }
             (InstanceMotion::Still(_), Some(own)) => {
                 object.motion_within(space, &placement.start(), &[own])
             }
@@ -179,20 +181,15 @@ struct PlacedObject {
 }
 
 impl PlacedObject {
-    /// Where it is at a placement, which is still: by `world_from_instance`.
-    fn still(
-        &self,
-        space: &RenderSpace,
-        world_from_instance: &DAffine3,
-        placement: &InstancePlacement,
-    ) -> Motion {
+    fn still(&self, space: &RenderSpace, world_from_instance: &DAffine3) -> Motion {
         let object_space = self.local_space.inverse();
         // The inverse of the step between is not asked for.
         let affine = space.affine() * *world_from_instance * *object_space.affine();
-        let transform = Transform::from_affine(affine);
-        Motion::Still(
-            transform.unwrap_or_else(|| space.place(&placement.start()).compose(&object_space)),
-        )
+        let in_steps = || {
+            let world_from_instance = placement::with_inverse(world_from_instance);
+            space.place(&world_from_instance).compose(&object_space)
+        };
+        Motion::Still(Transform::from_affine(affine).unwrap_or_else(in_steps))
     }
 
     fn motion(&self, space: &RenderSpace, links: &[AnimatedTransform]) -> Motion {
@@ -225,7 +222,10 @@ fn object(
     let definition = |shape: &LocalShape| shape.still().copied().unwrap_or(Transform::IDENTITY);
     let bounds = shapes
         .iter()
-        .map(|(shape, _)| shape.bounds(&definition(shape)))
+        .map(|(shape, _)| match &shape.world_from_object {
+            Placement::Still(_) => shape.world_bounds,
+            Placement::Moving(_) => shape.local.bounds(&Transform::IDENTITY),
+        })
         .fold(WorldBounds::EMPTY, WorldBounds::union);
     let local_space = RenderSpace::new(bounds, bounds.center());
     for (shape, surface) in shapes {

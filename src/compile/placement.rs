@@ -72,13 +72,16 @@ pub(super) enum InstanceMotion {
     Moving(Box<AnimatedTransform>),
 }
 
+/// A map that was found to be invertible, with its inverse.
+pub(super) fn with_inverse(map: &DAffine3) -> Transform {
+    Transform::from_affine(*map).expect("a placement is invertible")
+}
+
 impl InstancePlacement {
     /// World from instance, where a motion starts.
     pub(super) fn start(&self) -> Transform {
         match &self.world_from_instance {
-            InstanceMotion::Still(map) => {
-                Transform::from_affine(*map).expect("it was when it was made")
-            }
+            InstanceMotion::Still(map) => with_inverse(map),
             InstanceMotion::Moving(moving) => moving.keys()[0],
         }
     }
@@ -94,20 +97,22 @@ impl InstancePlacement {
             world_from_instance,
             span,
         } = entity;
-        let start = space::affine(*world_from_instance.start(), span, diagnostics)?;
+        let start = *world_from_instance.start();
+        let is_invertible = Transform::is_invertible(&start).then_some(());
+        space::invertible(is_invertible, span, diagnostics)?;
         let moving = match world_from_instance.end() {
             None => None,
             Some(end) => {
-                let end = space::affine(*end, span, diagnostics)?;
-                motion([start, end], times, span, diagnostics)
+                let end = Transform::from_affine(*end);
+                let end = space::invertible(end, span, diagnostics)?;
+                let keys = [Transform::from_affine(start)?, end];
+                motion(keys, times, span, diagnostics)
             }
         };
         Some(Self {
             object,
-            world_from_instance: moving.map_or(
-                InstanceMotion::Still(*start.affine()),
-                InstanceMotion::Moving,
-            ),
+            world_from_instance: moving
+                .map_or(InstanceMotion::Still(start), InstanceMotion::Moving),
         })
     }
 }

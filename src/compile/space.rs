@@ -117,20 +117,12 @@ pub(super) fn transform(m: DMat4, span: Span, diagnostics: &mut Diagnostics) -> 
     invertible(Transform::from_matrix(m), span, diagnostics)
 }
 
-/// An invertible transform from an affine map of the file, or a located error.
-pub(super) fn affine(
-    map: DAffine3,
+/// Reports a transform of the file that cannot be inverted, where there is none.
+pub(super) fn invertible<T>(
+    transform: Option<T>,
     span: Span,
     diagnostics: &mut Diagnostics,
-) -> Option<Transform> {
-    invertible(Transform::from_affine(map), span, diagnostics)
-}
-
-fn invertible(
-    transform: Option<Transform>,
-    span: Span,
-    diagnostics: &mut Diagnostics,
-) -> Option<Transform> {
+) -> Option<T> {
     if transform.is_none() {
         diagnostics.push(
             Diagnostic::error(

@@ -21,6 +21,8 @@ pub(super) struct LocalShape {
     pub(super) local: Local,
     pub(super) masks: Masks,
     pub(super) world_from_object: Placement,
+    /// Box in world space, at both key frames.
+    pub(super) world_bounds: WorldBounds,
     pub(super) entity: ShapeEntity,
 }
 
@@ -112,10 +114,16 @@ fn read_all(
             let shape = read.and_then(|ReadShape { local, masks }| {
                 let (pair, span) = (entity.world_from_object, entity.entity.span);
                 let world_from_object = placement(pair, times, span, &mut diagnostics)?;
+                let [start, end] = world_from_object.ends();
+                let mut world_bounds = local.bounds(&start);
+                if let Placement::Moving(_) = world_from_object {
+                    world_bounds = world_bounds.union(local.bounds(&end));
+                }
                 Some(LocalShape {
                     local,
                     masks,
                     world_from_object,
+                    world_bounds,
                     entity,
                 })
             });
@@ -141,43 +149,34 @@ impl LocalShape {
             Placement::Moving(_) => None,
         }
     }
+}
 
+impl Local {
     /// Box around the shape in a space reached by `transform`.
     pub(super) fn bounds(&self, transform: &Transform) -> WorldBounds {
         let mut bounds = WorldBounds::EMPTY;
-        match &self.local {
-            Local::Mesh(mesh) => mesh
+        match self {
+            Self::Mesh(mesh) => mesh
                 .positions
                 .iter()
                 .for_each(|p| bounds.add(transform.point(DVec3::from(p.map(f64::from))))),
-            Local::Curves(source) => source
+            Self::Curves(source) => source
                 .corners()
                 .for_each(|p| bounds.add(transform.point(p))),
-            Local::Form(form) => form
+            Self::Form(form) => form
                 .corners()
                 .iter()
                 .for_each(|p| bounds.add(transform.point(*p))),
         }
         bounds
     }
-
-    /// Box around the shape at both key frames.
-    fn bounds_at_ends(&self) -> WorldBounds {
-        let [start, end] = self.world_from_object.ends();
-        let bounds = self.bounds(&start);
-        if self.still().is_some() {
-            bounds
-        } else {
-            bounds.union(self.bounds(&end))
-        }
-    }
 }
 
 fn bounds_of(shapes: &[LocalShape]) -> WorldBounds {
     shapes
-        .par_iter()
-        .map(LocalShape::bounds_at_ends)
-        .reduce(|| WorldBounds::EMPTY, WorldBounds::union)
+        .iter()
+        .map(|shape| shape.world_bounds)
+        .fold(WorldBounds::EMPTY, WorldBounds::union)
 }
 
 impl Loaded {
