@@ -120,8 +120,10 @@ pub(crate) struct TokenStream<'a> {
     n_includes: usize,
     /// Place of the last token read.
     last: Span,
-    /// From the start of the current directive to the last token taken in its file; before and after `last`.
-    extent: [Span; 2],
+    /// From the start of the current directive to the last token taken in its file.
+    extent: Span,
+    /// Where it ended before that token.
+    end_before: u32,
 }
 
 impl<'a> TokenStream<'a> {
@@ -137,7 +139,8 @@ impl<'a> TokenStream<'a> {
             pushed_back: None,
             n_includes: 0,
             last: nowhere,
-            extent: [nowhere; 2],
+            extent: nowhere,
+            end_before: 0,
         }
     }
 
@@ -194,22 +197,25 @@ impl<'a> TokenStream<'a> {
     /// Gives the last token back. Not twice in a row.
     pub(crate) fn push_back(&mut self, lexeme: Lexeme) {
         self.pushed_back = Some(lexeme);
-        self.extent[1] = self.extent[0];
+        self.extent = self.extent_before();
     }
 
     /// Lets the extent of a directive start at its keyword.
     pub(crate) fn start_extent(&mut self, keyword: Span) {
-        self.extent = [keyword; 2];
+        (self.extent, self.end_before) = (keyword, keyword.hi);
     }
 
     /// From the keyword to the last token taken, as far as it lies in the keyword's file.
     pub(crate) fn extent(&self) -> Span {
-        self.extent[1]
+        self.extent
     }
 
     /// The extent without the last token.
     pub(crate) fn extent_before(&self) -> Span {
-        self.extent[0]
+        Span {
+            hi: self.end_before,
+            ..self.extent
+        }
     }
 
     /// Whether only white space stands between the start of the line and this token.
@@ -288,7 +294,8 @@ impl<'a> TokenStream<'a> {
     /// Notes that everything up to the end of `token` is taken.
     fn take(&mut self, token: Span) {
         self.last = token;
-        self.extent = [self.extent[1], self.extent[1].to(token)];
+        self.end_before = self.extent.hi;
+        self.extent = self.extent.to(token);
     }
 
     fn lex(&mut self) -> Option<Lexeme> {

@@ -36,13 +36,6 @@ struct Corners([f32; N_LANES]);
 impl Corners {
     const EMPTY: Self = Self([f32::INFINITY; N_LANES]);
 
-    /// Of a box around one point.
-    #[inline(always)]
-    fn of_point(p: Vec3A) -> Self {
-        let ([x, y, z], [nx, ny, nz]) = (p.to_array(), (-p).to_array());
-        Self([x, y, z, z, nx, ny, nz, nz])
-    }
-
     /// The smallest corner, and the largest one negated.
     #[inline(always)]
     fn halves(&self) -> [Vec3A; 2] {
@@ -204,6 +197,8 @@ struct Part {
     n_triangles: usize,
     bounds: Bounds3,
     centers: Bounds3,
+    /// It was found not to be worth dividing.
+    is_leaf: bool,
 }
 
 impl Part {
@@ -215,6 +210,7 @@ impl Part {
             n_triangles: 0,
             bounds: Bounds3::EMPTY,
             centers: Bounds3::EMPTY,
+            is_leaf: false,
         }
     }
 
@@ -333,7 +329,7 @@ impl Subtree {
         Self {
             level,
             // Growing would mean moving; what is never written takes no memory.
-            nodes: Vec::with_capacity(n_items / N_LANES + 1),
+            nodes: Vec::with_capacity(n_items / 4 + 1),
             packets: Vec::new(),
             slots: Vec::new(),
         }
@@ -341,6 +337,9 @@ impl Subtree {
 
     /// Adds what a part of `items` becomes, which starts with the item `part.start` of all.
     fn add(&mut self, items: &mut [Item], part: &Part, depth: usize) -> Child {
+        if part.is_leaf {
+            return self.add_leaf(items, part);
+        }
         let base = part.start;
         let parts = divide(self.level, items, part, depth);
         if parts.len() == 1 {
@@ -493,7 +492,6 @@ fn divide_with<L: Lanes>(
     let base = part.start;
     let mut parts = ArrayVec::new();
     parts.push(*part);
-    let mut is_done = [false; N_LANES];
     while parts.len() < N_LANES {
         let worth = |part: &Part| {
             if depth < BALANCED_DEPTH {
@@ -503,7 +501,7 @@ fn divide_with<L: Lanes>(
             }
         };
         let next = (0..parts.len())
-            .filter(|&i| !is_done[i])
+            .filter(|&i| !parts[i].is_leaf)
             .max_by(|&i, &j| worth(&parts[i]).total_cmp(&worth(&parts[j])));
         let Some(next) = next else { break };
         let part: Part = parts[next];
@@ -513,7 +511,7 @@ fn divide_with<L: Lanes>(
                 parts[next] = left;
                 parts.push(right);
             }
-            None => is_done[next] = true,
+            None => parts[next].is_leaf = true,
         }
     }
     parts.sort_unstable_by_key(|part| part.start);
@@ -616,47 +614,95 @@ struct Plane {
     place: f32,
     /// Expected tests times half area of the parent.
     cost: f32,
+    /// Boxes and weights of either side, if all items were looked at.
+    sides: Option<[Side; 2]>,
+}
+
+/// What is on one side of a plane.
+#[derive(Clone, Copy)]
+struct Side {
+    corners: Corners,
+    weight: u32,
+}
+
+impl Side {
+    const EMPTY: Self = Self {
+        corners: Corners::EMPTY,
+        weight: 0,
+    };
+
+    #[inline(always)]
+    fn add<L: Lanes>(&mut self, lanes: L, corners: &Corners, weight: u32) {
+        self.corners.add(lanes, corners);
+        self.weight += weight;
+    }
+
+    #[inline(always)]
+    fn of_items<L: Lanes>(lanes: L, items: &[Item]) -> Self {
+        let mut side = Self::EMPTY;
+        for item in items {
+            side.add(lanes, &item.corners, item.weight());
+        }
+        side
+    }
+
+    #[inline(always)]
+    fn of_bins<L: Lanes>(lanes: L, bins: &[Bins], axis: usize) -> Self {
+        let mut side = Self::EMPTY;
+        for bin in bins {
+            side.add(lanes, &bin.corners[axis], bin.weights[axis]);
+        }
+        side
+    }
 }
 
 impl Plane {
     /// Divides the items.
     #[inline(always)]
     fn divide<L: Lanes>(&self, lanes: L, items: &mut [Item], part: &Part) -> [Part; 2] {
-        // What is far outside of a box leaves it as it is. Both sides are updated: nobody can predict which it is.
-        const FAR: [f32; 2] = [f32::INFINITY, f32::NEG_INFINITY];
-        let empty = lanes.load(&Corners::EMPTY.0);
-        let (mut centers, mut bounds) = ([empty; 2], [empty; 2]);
-        let (mut n_left, mut n_slots, mut weight) = (0, 0, 0);
+        let mut n_left = 0;
         for next in 0..items.len() {
-            let item = &items[next];
-            let center = item.center();
-            let is_left = self.binning.place(center)[self.axis] < self.place;
-            n_slots += usize::from(is_left & item.is_slot());
-            weight += item.weight() * u32::from(is_left);
-            let of_center = lanes.load(&Corners::of_point(center).0);
-            let of_item = lanes.load(&item.corners.0);
-            let is_side = [is_left, !is_left];
-            for side in 0..2 {
-                let far = lanes.splat(FAR[usize::from(is_side[side])]);
-                centers[side] = lanes.min(lanes.max(far, of_center), centers[side]);
-                bounds[side] = lanes.min(lanes.max(far, of_item), bounds[side]);
-            }
+            let place = self.binning.place(items[next].center());
+            let is_left = place.cmplt(Vec3A::splat(self.place)).bitmask() >> self.axis & 1 != 0;
             sort_in(items, &mut n_left, next, is_left);
         }
+        let (left, right) = items.split_at(n_left);
+        let sides = match self.sides {
+            Some(sides) => sides,
+            None => [Side::of_items(lanes, left), Side::of_items(lanes, right)],
+        };
+        let n_slots = if part.n_slots == 0 {
+            0
+        } else {
+            left.iter().filter(|item| item.is_slot()).count()
+        };
         let starts = [part.start, part.start + n_left];
-        let lens = [n_left, part.len - n_left];
+        let lens = [left.len(), right.len()];
         let slots = [n_slots, part.n_slots - n_slots];
-        let n_triangles = weight as usize - n_slots * N_LANES;
-        let triangles = [n_triangles, part.n_triangles - n_triangles];
+        let centers = [centers(left), centers(right)];
         [0, 1].map(|side| Part {
             start: starts[side],
             len: lens[side],
             n_slots: slots[side],
-            n_triangles: triangles[side],
-            bounds: Corners(lanes.store(bounds[side])).bounds(),
-            centers: Corners(lanes.store(centers[side])).bounds(),
+            n_triangles: sides[side].weight as usize - slots[side] * N_LANES,
+            bounds: sides[side].corners.bounds(),
+            centers: centers[side],
+            is_leaf: false,
         })
     }
+}
+
+/// Box around twice the centres.
+#[inline(always)]
+fn centers(items: &[Item]) -> Bounds3 {
+    let Bounds3 { mut min, mut max } = Bounds3::EMPTY;
+    for item in items {
+        let center = item.center();
+        // What is no number leaves the box as it is.
+        min.0 = center.min(min.0);
+        max.0 = center.max(max.0);
+    }
+    Bounds3 { min, max }
 }
 
 /// What falls into a bin of each axis.
@@ -754,11 +800,17 @@ fn best_border<const N: usize, L: Lanes>(
     if !(cost < f32::INFINITY) {
         return None;
     }
+    let (left, right) = bins[..n_bins].split_at(first[axis] as usize);
+    let sides = [
+        Side::of_bins(lanes, left, axis),
+        Side::of_bins(lanes, right, axis),
+    ];
     Some(Plane {
         binning,
         axis,
         place: first[axis] + Binning::UNITS,
         cost: cost * stride as f32,
+        sides: (stride == 1).then_some(sides),
     })
 }
 

@@ -7,10 +7,14 @@
 mod load;
 mod surface;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelExtend,
+    ParallelIterator,
+};
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 
-use crate::compile::placement::Placement;
+use crate::compile::placement::{self, InstanceMotion, InstancePlacement, Placement};
 use crate::compile::shapes::Local;
 use crate::compile::space::{RenderSpace, WorldBounds};
 use crate::describe::description::{Frame, ShapeEntity};
@@ -20,13 +24,16 @@ use crate::math::{AnimatedTransform, Motion, MotionChain, Transform};
 use crate::shape::{Curves, Mesh, Quadric, Shape};
 use crate::world::{Geometry, Instance, WorldParts};
 pub(super) use load::{Loaded, load};
-use load::{LocalObject, LocalShape};
+use load::{LocalObject, LocalShape, MANY_INSTANCES};
 pub(super) use surface::Builders;
 use surface::Surface;
 
 /// Lights from which on no instance adds another: lamps and instances multiply, so that a short scene may ask for any
 /// number. This many take about a gigabyte.
 const MAX_COPIED_LIGHTS: usize = 1 << 21;
+
+/// Elements that are worth a second thread to look at.
+const MANY_ELEMENTS: usize = 1 << 12;
 
 impl Loaded {
     /// Moves everything to render space and attaches what belongs to the surfaces.
@@ -67,7 +74,8 @@ impl Loaded {
                 .iter()
                 .map(|shape| surface(shape, diagnostics))
                 .collect();
-            object.place(surfaces, space, parts, diagnostics);
+            let placements = &self.placements[object.placements.clone()];
+            object.place(surfaces, placements, space, parts, diagnostics);
         }
     }
 }
@@ -77,13 +85,15 @@ impl LocalObject {
     fn place(
         self,
         surfaces: Vec<Surface>,
+        placements: &[InstancePlacement],
         space: &RenderSpace,
         parts: &mut WorldParts,
         diagnostics: &mut Diagnostics,
     ) {
-        let placements = &self.placements;
         let only_one = placements.len() == 1;
-        let all_still = placements.iter().all(|p| matches!(p, Placement::Still(_)));
+        let is_still =
+            |p: &InstancePlacement| matches!(p.world_from_instance, InstanceMotion::Still(_));
+        let all_still = placements.iter().all(is_still);
         let mut shared = Vec::new();
         for (shape, mut surface) in self.shapes.into_iter().zip(surfaces) {
             let emits = surface.emission.is_some();
@@ -102,7 +112,7 @@ impl LocalObject {
                             );
                             break;
                         }
-                        let [instance, _] = placement.ends();
+                        let instance = placement.start();
                         let transform = space.place(&instance.compose(definition));
                         let local = shape.local.clone();
                         let placed =
@@ -134,7 +144,7 @@ impl LocalObject {
 /// Makes an object of shapes that move as one, and an instance of it at each placement.
 fn instantiate(
     shapes: Vec<(LocalShape, Surface)>,
-    placements: &[Placement],
+    placements: &[InstancePlacement],
     space: &RenderSpace,
     parts: &mut WorldParts,
     diagnostics: &mut Diagnostics,
@@ -144,24 +154,24 @@ fn instantiate(
         Placement::Still(_) => None,
     };
     let object = object(parts, shapes, diagnostics);
-    parts.instances.reserve(placements.len());
-    for placement in placements {
-        let motion = match placement {
-            Placement::Still(instance) => match own_motion {
-                None => object.still(space, instance),
-                Some(own) => object.motion_within(space, instance, &[own]),
-            },
-            Placement::Moving(moving) => {
+    let instance = |placement: &InstancePlacement| Instance {
+        object: object.id,
+        render_from_object: match (&placement.world_from_instance, own_motion) {
+            (InstanceMotion::Still(world_from_instance), None) => {
+                object.still(space, world_from_instance)
+            }
+            (InstanceMotion::Still(_), Some(own)) => {
+                object.motion_within(space, &placement.start(), &[own])
+            }
+            (InstanceMotion::Moving(moving), own_motion) => {
                 let links: Vec<AnimatedTransform> =
                     std::iter::once(**moving).chain(own_motion).collect();
                 object.motion(space, &links)
             }
-        };
-        parts.instances.push(Instance {
-            object: object.id,
-            render_from_object: motion,
-        });
-    }
+        },
+    };
+    let placements = placements.par_iter().with_min_len(MANY_INSTANCES);
+    parts.instances.par_extend(placements.map(instance));
 }
 
 /// An object in the making: its id, and its own space around its shapes.
@@ -171,14 +181,15 @@ struct PlacedObject {
 }
 
 impl PlacedObject {
-    fn still(&self, space: &RenderSpace, world_from_instance: &Transform) -> Motion {
+    fn still(&self, space: &RenderSpace, world_from_instance: &DAffine3) -> Motion {
         let object_space = self.local_space.inverse();
         // The inverse of the step between is not asked for.
-        let affine = space.affine() * *world_from_instance.affine() * *object_space.affine();
-        let transform = Transform::from_affine(affine);
-        Motion::Still(
-            transform.unwrap_or_else(|| space.place(world_from_instance).compose(&object_space)),
-        )
+        let affine = space.affine() * *world_from_instance * *object_space.affine();
+        let in_steps = || {
+            let world_from_instance = placement::with_inverse(world_from_instance);
+            space.place(&world_from_instance).compose(&object_space)
+        };
+        Motion::Still(Transform::from_affine(affine).unwrap_or_else(in_steps))
     }
 
     fn motion(&self, space: &RenderSpace, links: &[AnimatedTransform]) -> Motion {
@@ -211,7 +222,10 @@ fn object(
     let definition = |shape: &LocalShape| shape.still().copied().unwrap_or(Transform::IDENTITY);
     let bounds = shapes
         .iter()
-        .map(|(shape, _)| shape.bounds(&definition(shape)))
+        .map(|(shape, _)| match &shape.world_from_object {
+            Placement::Still(_) => shape.world_bounds,
+            Placement::Moving(_) => shape.local.bounds(&Transform::IDENTITY),
+        })
         .fold(WorldBounds::EMPTY, WorldBounds::union);
     let local_space = RenderSpace::new(bounds, bounds.center());
     for (shape, surface) in shapes {
@@ -272,7 +286,9 @@ fn add(
 fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diagnostics) {
     let n = shape.n_elements();
     let n_empty = (0..n as u32)
-        .filter(|&element| shape.bounds(element).is_empty())
+        .into_par_iter()
+        .with_min_len(MANY_ELEMENTS)
+        .filter(|&element| !shape.has_area(element))
         .count();
     if n_empty == 0 {
         return;

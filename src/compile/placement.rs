@@ -1,10 +1,11 @@
 //! Transforms of the file, still or moving, checked.
 
+use glam::DAffine3;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Span;
 
 use crate::compile::space;
-use crate::describe::description::TransformPair;
+use crate::describe::description::{InstanceEntity, ObjectRef, TransformPair};
 use crate::math::{AnimatedTransform, Transform};
 
 /// A transform of the file, made ready.
@@ -26,7 +27,18 @@ pub(super) fn placement(
         return Some(Placement::Still(start));
     }
     let end = space::transform(pair.end, span, diagnostics)?;
-    let moving = AnimatedTransform::new([start, end], times);
+    let moving = motion([start, end], times, span, diagnostics);
+    Some(moving.map_or(Placement::Still(start), Placement::Moving))
+}
+
+/// The motion between two transforms, or a located error.
+fn motion(
+    keys: [Transform; 2],
+    times: [f64; 2],
+    span: Span,
+    diagnostics: &mut Diagnostics,
+) -> Option<Box<AnimatedTransform>> {
+    let moving = AnimatedTransform::new(keys, times);
     if moving.is_none() {
         let message = "one of the two key frames mirrors and the other does not";
         diagnostics.push(
@@ -34,9 +46,7 @@ pub(super) fn placement(
                 .with_label("the first one is used for both"),
         );
     }
-    Some(moving.map_or(Placement::Still(start), |moving| {
-        Placement::Moving(Box::new(moving))
-    }))
+    moving.map(Box::new)
 }
 
 impl Placement {
@@ -46,5 +56,63 @@ impl Placement {
             Self::Still(transform) => [*transform; 2],
             Self::Moving(moving) => moving.keys(),
         }
+    }
+}
+
+/// Where an instance puts its object: there may be millions, so that no inverse is kept.
+pub(super) struct InstancePlacement {
+    pub(super) object: ObjectRef,
+    pub(super) world_from_instance: InstanceMotion,
+}
+
+/// World from instance.
+pub(super) enum InstanceMotion {
+    /// Invertible.
+    Still(DAffine3),
+    Moving(Box<AnimatedTransform>),
+}
+
+/// A map that was found to be invertible, with its inverse.
+pub(super) fn with_inverse(map: &DAffine3) -> Transform {
+    Transform::from_affine(*map).expect("a placement is invertible")
+}
+
+impl InstancePlacement {
+    /// World from instance, where a motion starts.
+    pub(super) fn start(&self) -> Transform {
+        match &self.world_from_instance {
+            InstanceMotion::Still(map) => with_inverse(map),
+            InstanceMotion::Moving(moving) => moving.keys()[0],
+        }
+    }
+
+    /// The placement that an instance of the file asks for, or a located error.
+    pub(super) fn new(
+        entity: InstanceEntity,
+        times: [f64; 2],
+        diagnostics: &mut Diagnostics,
+    ) -> Option<Self> {
+        let InstanceEntity {
+            object,
+            world_from_instance,
+            span,
+        } = entity;
+        let start = *world_from_instance.start();
+        let is_invertible = Transform::is_invertible(&start).then_some(());
+        space::invertible(is_invertible, span, diagnostics)?;
+        let moving = match world_from_instance.end() {
+            None => None,
+            Some(end) => {
+                let end = Transform::from_affine(*end);
+                let end = space::invertible(end, span, diagnostics)?;
+                let keys = [Transform::from_affine(start)?, end];
+                motion(keys, times, span, diagnostics)
+            }
+        };
+        Some(Self {
+            object,
+            world_from_instance: moving
+                .map_or(InstanceMotion::Still(start), InstanceMotion::Moving),
+        })
     }
 }

@@ -10,7 +10,7 @@ use tyndall_parser::source::Span;
 
 use crate::math::Transform;
 use crate::math::animated::corners_of;
-use crate::math::transform::power_of_two_near;
+use crate::math::transform::{image_of_box, power_of_two_near};
 
 /// The map from world to render space.
 #[derive(Clone, Copy, Debug)]
@@ -49,9 +49,19 @@ impl WorldBounds {
         }
     }
 
-    /// The eight corners; not finite for an empty box.
-    pub(super) fn corners(&self) -> [DVec3; 8] {
-        corners_of([self.min, self.max])
+    /// Adds the image of a box.
+    pub(super) fn add_image(&mut self, map: &DAffine3, of: &Self) {
+        let of = [of.min, of.max];
+        let [lo, hi] = image_of_box(map, of);
+        if lo.is_finite() && hi.is_finite() {
+            self.min = self.min.min(lo);
+            self.max = self.max.max(hi);
+        } else {
+            // Of an empty box nothing is left, of a huge one the corners that are still numbers.
+            for corner in corners_of(of) {
+                self.add(map.transform_point3(corner));
+            }
+        }
     }
 
     pub(super) fn union(self, other: Self) -> Self {
@@ -104,7 +114,15 @@ impl RenderSpace {
 
 /// An invertible transform from a matrix of the file, or a located error.
 pub(super) fn transform(m: DMat4, span: Span, diagnostics: &mut Diagnostics) -> Option<Transform> {
-    let transform = Transform::from_matrix(m);
+    invertible(Transform::from_matrix(m), span, diagnostics)
+}
+
+/// Reports a transform of the file that cannot be inverted, where there is none.
+pub(super) fn invertible<T>(
+    transform: Option<T>,
+    span: Span,
+    diagnostics: &mut Diagnostics,
+) -> Option<T> {
     if transform.is_none() {
         diagnostics.push(
             Diagnostic::error(

@@ -49,13 +49,22 @@ pub struct CompactPair {
 }
 
 impl CompactPair {
-    /// The pair, whose matrices have 0 0 0 1 as their last row.
-    pub fn new(pair: &TransformPair) -> Self {
-        let [start, end] = [pair.start, pair.end].map(DAffine3::from_mat4);
+    /// From matrices that have 0 0 0 1 as their last row; the end where it differs.
+    pub fn new(start: &DMat4, end: Option<&DMat4>) -> Self {
         Self {
-            start,
-            end: pair.is_animated().then(|| Box::new(end)),
+            start: DAffine3::from_mat4(*start),
+            end: end.map(|end| Box::new(DAffine3::from_mat4(*end))),
         }
+    }
+
+    /// At the start of the motion.
+    pub fn start(&self) -> &DAffine3 {
+        &self.start
+    }
+
+    /// At its end, where that differs.
+    pub fn end(&self) -> Option<&DAffine3> {
+        self.end.as_deref()
     }
 
     /// As matrices.

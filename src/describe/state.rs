@@ -13,40 +13,62 @@ use tyndall_parser::directive::{ActiveTransform, Directive};
 use tyndall_parser::params::ParamList;
 use tyndall_parser::source::{FileId, Span, Spanned};
 
-/// The current transforms and which of them transform directives change.
-#[derive(Clone, Copy, Debug)]
+/// The current transforms and which of them transform directives change. Saved and restored all the time, so that it is
+/// kept small.
+#[derive(Clone, Debug)]
 pub(super) struct Ctm {
-    /// The transforms.
-    pub(super) pair: TransformPair,
+    /// At the start of the motion.
+    pub(super) start: DMat4,
+    /// At its end, where that differs.
+    pub(super) end: Option<Box<DMat4>>,
     /// Which of them change.
     pub(super) active: ActiveTransform,
 }
 
 impl Default for Ctm {
     fn default() -> Self {
-        let pair = TransformPair {
-            start: DMat4::IDENTITY,
-            end: DMat4::IDENTITY,
-        };
         Self {
-            pair,
+            start: DMat4::IDENTITY,
+            end: None,
             active: ActiveTransform::All,
         }
     }
 }
 
 impl Ctm {
-    /// The pair with the active transforms changed.
-    pub(super) fn changed(&self, change: impl Fn(DMat4) -> DMat4) -> TransformPair {
-        let TransformPair { start, end } = self.pair;
-        match self.active {
-            ActiveTransform::All if !self.pair.is_animated() => {
-                let both = change(start);
-                TransformPair {
-                    start: both,
-                    end: both,
-                }
-            }
+    /// The transforms.
+    pub(super) fn pair(&self) -> TransformPair {
+        TransformPair {
+            start: self.start,
+            end: self.end.as_deref().copied().unwrap_or(self.start),
+        }
+    }
+
+    /// Whether the two differ.
+    pub(super) fn is_animated(&self) -> bool {
+        self.end.is_some()
+    }
+
+    /// The same with other transforms.
+    pub(super) fn with(&self, pair: &TransformPair) -> Self {
+        Self {
+            start: pair.start,
+            end: pair.is_animated().then(|| Box::new(pair.end)),
+            active: self.active,
+        }
+    }
+
+    /// The same with the active transforms changed.
+    pub(super) fn changed(&self, change: impl Fn(DMat4) -> DMat4) -> Self {
+        if self.active == ActiveTransform::All && !self.is_animated() {
+            return Self {
+                start: change(self.start),
+                end: None,
+                active: self.active,
+            };
+        }
+        let TransformPair { start, end } = self.pair();
+        self.with(&match self.active {
             ActiveTransform::All => TransformPair {
                 start: change(start),
                 end: change(end),
@@ -59,7 +81,7 @@ impl Ctm {
                 start,
                 end: change(end),
             },
-        }
+        })
     }
 }
 
@@ -121,7 +143,7 @@ impl Block {
 }
 
 /// A saved transform. All blocks share one stack, so that crossed blocks restore the wrong one, as in pbrt-v3.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub(super) struct SavedCtm {
     /// What was current.
     pub(super) ctm: Ctm,
@@ -300,7 +322,7 @@ impl Draft {
     /// Saves the transforms.
     pub(super) fn push_ctm(&mut self, block: Block, span: Span) {
         self.saved_ctms.push(SavedCtm {
-            ctm: self.ctm,
+            ctm: self.ctm.clone(),
             block,
             span,
         });

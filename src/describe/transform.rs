@@ -1,6 +1,7 @@
 //! The matrices of the transform directives, in double precision, with the degenerate ones refused.
 
-use glam::{DMat3, DMat4, DVec3};
+use crate::math::transform::is_tame;
+use glam::{DAffine3, DMat3, DMat4, DVec3};
 use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::source::Span;
 
@@ -170,7 +171,7 @@ pub(super) fn matrix(
 /// Whether the linear part has no inverse: its determinant is nothing but rounding, measured against the lengths
 /// of its columns.
 fn is_singular(affine: &DMat4) -> bool {
-    if is_tame(affine) {
+    if is_tame(&DAffine3::from_mat4(*affine)) {
         return false;
     }
     let columns = [affine.x_axis, affine.y_axis, affine.z_axis].map(|c| direction(c.truncate()));
@@ -180,30 +181,11 @@ fn is_singular(affine: &DMat4) -> bool {
     }
 }
 
-/// Whether the linear part is so far from singular, and so near to 1, that no doubt is left and nothing overflows. Most
-/// transforms are, and it takes little to know.
-fn is_tame(affine: &DMat4) -> bool {
-    if !affine.is_finite() {
-        return false;
-    }
-    const MODERATE: f64 = 1e9;
-    let columns = [affine.x_axis, affine.y_axis, affine.z_axis].map(|c| c.truncate());
-    let largest = columns
-        .iter()
-        .fold(affine.w_axis.truncate().abs(), |a, c| a.max(c.abs()));
-    let [x, y, z] = columns;
-    let determinant = x.cross(y).dot(z).abs();
-    let squares = x.length_squared() * y.length_squared() * z.length_squared();
-    largest.max_element() <= MODERATE
-        && determinant >= 1.0 / MODERATE
-        && determinant * determinant >= squares / (MODERATE * MODERATE)
-}
-
 /// Whether a transform and its inverse stay within single precision, in which geometry is kept. Far inside what
 /// double precision can invert, so the inverse of such a transform is such a transform.
 pub(super) fn is_usable(matrix: &DMat4) -> bool {
     // No entry of the inverse then exceeds 10³⁷.
-    if is_tame(matrix) {
+    if is_tame(&DAffine3::from_mat4(*matrix)) {
         return true;
     }
     let fits = |matrix: &DMat4| {

@@ -29,11 +29,11 @@ pub fn to_byte(linear: f32) -> u8 {
 /// Every sample of an image to linear, in place.
 pub fn linearize(image: &mut Image) {
     // Most samples are 8-bit codes.
-    let stored = |code: usize| code as f32 / 255.0;
-    let linear: [f32; 256] = std::array::from_fn(|code| to_linear(stored(code)));
+    let stored: [f32; 256] = std::array::from_fn(|code| code as f32 / 255.0);
+    let linear = stored.map(to_linear);
     for sample in image.data_mut() {
         let code = usize::from((*sample * 255.0 + 0.5) as u8);
-        *sample = if stored(code) == *sample {
+        *sample = if stored[code] == *sample {
             linear[code]
         } else {
             to_linear(*sample)

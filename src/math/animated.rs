@@ -2,7 +2,7 @@
 
 use glam::{DAffine3, DMat3, DQuat, DVec3};
 
-use crate::math::transform::Transform;
+use crate::math::transform::{Transform, image_of_box};
 
 /// Motion between two key frames: translation and stretch run linearly, rotation along the shorter arc. Before the
 /// first and after the last key frame nothing moves.
@@ -185,15 +185,10 @@ impl Motion {
         }
     }
 
-    /// A box that holds the moving corners, and their convex hull, over an interval of time.
-    pub fn bounds(&self, corners: &[DVec3], interval: [f64; 2]) -> [DVec3; 2] {
-        let around = |points: &mut dyn Iterator<Item = DVec3>| {
-            points.fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], p| {
-                [lo.min(p), hi.max(p)]
-            })
-        };
+    /// A box that holds a moving box, given by its smallest and its largest corner, over an interval of time.
+    pub fn bounds(&self, of: [DVec3; 2], interval: [f64; 2]) -> [DVec3; 2] {
         match self {
-            Self::Still(transform) => around(&mut corners.iter().map(|p| transform.point(*p))),
+            Self::Still(transform) => image_of_box(transform.affine(), of),
             Self::Moving(chain) => {
                 let MotionChain {
                     outer,
@@ -201,11 +196,16 @@ impl Motion {
                     inner,
                 } = &**chain;
                 // Box by box outward: each holds whatever the one inside it can reach.
-                let mut points: Vec<DVec3> = corners.iter().map(|p| inner.point(*p)).collect();
+                let mut points = corners_of(of).map(|p| inner.point(p));
                 for link in links.iter().rev() {
-                    points = corners_of(link.bounds(&points, interval)).to_vec();
+                    points = corners_of(link.bounds(&points, interval));
                 }
-                around(&mut points.iter().map(|p| outer.point(*p)))
+                points
+                    .iter()
+                    .map(|p| outer.point(*p))
+                    .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], p| {
+                        [lo.min(p), hi.max(p)]
+                    })
             }
         }
     }

@@ -48,6 +48,11 @@ impl Transform {
             .then_some(Self { forward, inverse })
     }
 
+    /// Whether [`Transform::from_affine`] succeeds.
+    pub fn is_invertible(map: &DAffine3) -> bool {
+        is_tame(map) || Self::from_affine(*map).is_some()
+    }
+
     /// A uniform scale followed by a translation.
     pub fn scale_translate(scale: f64, translation: DVec3) -> Self {
         let forward = DAffine3 {
@@ -136,6 +141,38 @@ impl Transform {
     }
 }
 
+/// Whether the linear part is so far from singular, and the whole so near to 1, that no doubt is left about the inverse
+/// and nothing overflows. Most transforms are, and it takes little to know.
+pub fn is_tame(map: &DAffine3) -> bool {
+    const MODERATE: f64 = 1e9;
+    let [x, y, z] = [map.matrix3.x_axis, map.matrix3.y_axis, map.matrix3.z_axis];
+    let largest = [x, y, z]
+        .iter()
+        .fold(map.translation.abs(), |a, c| a.max(c.abs()));
+    let determinant = x.cross(y).dot(z).abs();
+    let squares = x.length_squared() * y.length_squared() * z.length_squared();
+    map.is_finite()
+        && largest.max_element() <= MODERATE
+        && determinant >= 1.0 / MODERATE
+        && determinant * determinant >= squares / (MODERATE * MODERATE)
+}
+
+/// The box around the image of a box, smallest and largest corner: to the last bit that of the images of its eight
+/// corners, as rounded sums grow with their terms, wherever these are finite.
+#[inline]
+pub fn image_of_box(map: &DAffine3, [lo, hi]: [DVec3; 2]) -> [DVec3; 2] {
+    let ends = |axis: DVec3, lo: f64, hi: f64| {
+        let (a, b) = (axis * lo, axis * hi);
+        [a.min(b), a.max(b)]
+    };
+    let m = &map.matrix3;
+    let x = ends(m.x_axis, lo.x, hi.x);
+    let y = ends(m.y_axis, lo.y, hi.y);
+    let z = ends(m.z_axis, lo.z, hi.z);
+    // In the order in which a point is transformed.
+    [0, 1].map(|end| x[end] + y[end] + z[end] + map.translation)
+}
+
 /// The largest power of two not above `x`, for finite positive `x`.
 pub fn power_of_two_near(x: f64) -> f64 {
     debug_assert!(x > 0.0 && x.is_finite());
@@ -149,6 +186,7 @@ pub fn power_of_two_near(x: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::animated::corners_of;
 
     #[test]
     fn inverse_undoes_tiny_and_huge_scales() {
@@ -161,6 +199,59 @@ mod tests {
                 DVec3::new(1.0, 2.0, 3.0)
             );
         }
+    }
+
+    /// Numbers in [-1/2, 1/2) without order; those of `sampling` are in a room above.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut k = 0u64;
+        move || {
+            k += 1;
+            let bits = (k * k).wrapping_mul(0x9e37_79b9_7f4a_7c15) >> 11;
+            bits as f64 / (1u64 << 53) as f64 - 0.5
+        }
+    }
+
+    #[test]
+    fn the_image_of_a_box_is_bounded_by_those_of_its_corners_to_the_last_bit() {
+        let mut next = numbers();
+        let mut number = |scale: f64| next() * scale;
+        for _ in 0..10_000 {
+            let map = DAffine3::from_cols_array(&[0; 12].map(|_| number(3.0)));
+            let [a, b] = [0; 2].map(|_| DVec3::new(number(1.0), number(7.0), number(100.0)));
+            let [lo, hi] = [a.min(b), a.max(b)];
+            let images = corners_of([lo, hi]).map(|p| map.transform_point3(p));
+            let around = images
+                .into_iter()
+                .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], p| {
+                    [lo.min(p), hi.max(p)]
+                });
+            assert_eq!(image_of_box(&map, [lo, hi]), around);
+        }
+    }
+
+    #[test]
+    fn what_is_tame_has_an_inverse() {
+        let mut next = numbers();
+        let mut n_tame = 0;
+        for k in 0..100_000 {
+            let size = 10f64.powi(k % 23 - 11);
+            let mut number = |scale: f64| next() * scale;
+            let mut map = DAffine3::from_cols_array(&[0; 12].map(|_| number(size)));
+            if k % 3 == 0 {
+                // Nearly flat.
+                map.matrix3.z_axis = map.matrix3.x_axis + map.matrix3.y_axis * number(1e-8);
+            }
+            n_tame += usize::from(is_tame(&map));
+            assert!(
+                !is_tame(&map) || Transform::from_affine(map).is_some(),
+                "{map:?}"
+            );
+            assert_eq!(
+                Transform::is_invertible(&map),
+                Transform::from_affine(map).is_some()
+            );
+        }
+        assert!(n_tame > 10_000, "{n_tame}");
     }
 
     #[test]

@@ -73,14 +73,27 @@ impl Mesh {
         area_normal(self.corners_f64(triangle))
     }
 
-    /// Box around a triangle; empty if its area is zero or a vertex is not finite.
-    pub fn bounds(&self, triangle: u32) -> Bounds3 {
-        let [p0, p1, p2] = self.corners(triangle).map(Vec3A::from);
-        if !is_surely_solid([p0, p1, p2]) {
+    /// Whether the area of a triangle is not zero and its vertices are finite.
+    #[inline]
+    pub fn has_area(&self, triangle: u32) -> bool {
+        self.spans_area(triangle, self.corners(triangle).map(Vec3A::from))
+    }
+
+    /// The same where its corners are known.
+    #[inline]
+    fn spans_area(&self, triangle: u32, corners: [Vec3A; 3]) -> bool {
+        is_surely_solid(corners) || {
             let n = self.area_normal(triangle);
-            if n == DVec3::ZERO || !n.is_finite() {
-                return Bounds3::EMPTY;
-            }
+            n != DVec3::ZERO && n.is_finite()
+        }
+    }
+
+    /// Box around a triangle; empty if it has no area.
+    #[inline]
+    pub fn bounds(&self, triangle: u32) -> Bounds3 {
+        let corners @ [p0, p1, p2] = self.corners(triangle).map(Vec3A::from);
+        if !self.spans_area(triangle, corners) {
+            return Bounds3::EMPTY;
         }
         Bounds3 {
             min: Point3(p0.min(p1).min(p2)),

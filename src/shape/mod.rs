@@ -221,6 +221,14 @@ impl Shape {
         }
     }
 
+    /// Whether one element has an area: whether its box is not empty.
+    pub fn has_area(&self, element: u32) -> bool {
+        match self {
+            Self::Mesh(mesh) => mesh.has_area(element),
+            Self::Quadric(_) | Self::Curves(_) => !self.bounds(element).is_empty(),
+        }
+    }
+
     /// Area of one element.
     pub fn area(&self, element: u32) -> f64 {
         match self {

@@ -179,7 +179,7 @@ impl Surface {
     }
 
     fn start(&self, half: u32) -> u32 {
-        self.triangles[half as usize / 3][half as usize % 3]
+        self.triangles.as_flattened()[half as usize]
     }
 
     fn position(&self, half: u32) -> DVec3 {

@@ -2,7 +2,6 @@
 
 use crate::accel::Bvh;
 use crate::ids::ObjectId;
-use crate::math::animated::corners_of;
 use crate::math::{Bounds3, Motion, Point3, Ray, Vec3};
 use crate::world::{Geometry, items};
 
@@ -57,8 +56,8 @@ impl Instance {
         if bounds.is_empty() {
             return Bounds3::EMPTY;
         }
-        let corners = corners_of([bounds.min.to_f64(), bounds.max.to_f64()]);
-        let [lo, hi] = self.render_from_object.bounds(&corners, shutter);
+        let of = [bounds.min.to_f64(), bounds.max.to_f64()];
+        let [lo, hi] = self.render_from_object.bounds(of, shutter);
         Bounds3::around(lo, hi)
     }
 

@@ -50,8 +50,9 @@ pub(super) fn items_of(geometries: &[Geometry], chosen: &[usize]) -> Vec<Item> {
         let pieces: Vec<Vec<Item>> = starts
             .into_par_iter()
             .map(|start| {
-                let mut items = Vec::new();
-                add_all(&mut items, start..elements.end.min(start + WORTH_A_THREAD));
+                let elements = start..elements.end.min(start + WORTH_A_THREAD);
+                let mut items = Vec::with_capacity(elements.len());
+                add_all(&mut items, elements);
                 items
             })
             .collect();

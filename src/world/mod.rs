@@ -14,6 +14,10 @@ pub mod segment;
 pub mod selection;
 mod veils;
 
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelRefIterator, ParallelExtend, ParallelIterator,
+};
+
 use crate::accel::{Bvh, RayShear};
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{Light, LightChoice};
@@ -183,12 +187,17 @@ impl World {
         let standing: Vec<usize> = (0..parts.geometries.len()).filter(stands).collect();
         let mut items = items::items_of(&parts.geometries, &standing);
         let mut n_elements = items::n_elements(&parts.geometries, &standing);
-        for (index, instance) in parts.instances.iter().enumerate() {
-            let object = &objects[instance.object.index()];
-            n_elements += object.n_elements();
-            let bounds = instance.bounds(object, parts.shutter);
-            items.push(items::instance(InstanceId::new(index), &bounds));
-        }
+        let object_of = |instance: &Instance| &objects[instance.object.index()];
+        n_elements += parts
+            .instances
+            .iter()
+            .map(|instance| object_of(instance).n_elements())
+            .sum::<usize>();
+        let instances = parts.instances.par_iter().with_min_len(1 << 10).enumerate();
+        items.par_extend(instances.map(|(index, instance)| {
+            let bounds = instance.bounds(object_of(instance), parts.shutter);
+            items::instance(InstanceId::new(index), &bounds)
+        }));
         let bvh = items::hierarchy(items, &parts.geometries);
         let mut bounded_media = vec![true; parts.media.len()];
         let outside = parts

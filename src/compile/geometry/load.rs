@@ -1,12 +1,16 @@
 //! Reading shapes in parallel, and how large the scene is that they make.
 
+use std::ops::Range;
+
 use glam::DVec3;
-use rayon::iter::{IntoParallelIterator, IntoParallelRefIterator, ParallelIterator};
+use rayon::iter::{
+    IndexedParallelIterator, IntoParallelIterator, IntoParallelRefIterator, ParallelIterator,
+};
 use tyndall_parser::diagnostic::Diagnostics;
 use tyndall_parser::schema::Family;
 
 use crate::compile::assets::Assets;
-use crate::compile::placement::{Placement, placement};
+use crate::compile::placement::{InstanceMotion, InstancePlacement, Placement, placement};
 use crate::compile::shapes::{Local, Masks, ReadShape, read_shape};
 use crate::compile::space::WorldBounds;
 use crate::describe::description::{Frame, MaterialEntity, ObjectEntity, ObjectRef, ShapeEntity};
@@ -17,21 +21,28 @@ pub(super) struct LocalShape {
     pub(super) local: Local,
     pub(super) masks: Masks,
     pub(super) world_from_object: Placement,
+    /// Box in world space, at both key frames.
+    pub(super) world_bounds: WorldBounds,
     pub(super) entity: ShapeEntity,
 }
 
-/// An object, and where instances place it; it has no shapes if none does.
+/// An object; it has no shapes if no instance places it.
 pub(super) struct LocalObject {
     pub(super) shapes: Vec<LocalShape>,
-    /// World from instance.
-    pub(super) placements: Vec<Placement>,
+    /// Which of the placements of the frame are its own.
+    pub(super) placements: Range<usize>,
 }
 
 /// The shapes of a frame, read but not yet placed.
 pub(in crate::compile) struct Loaded {
     pub(super) shapes: Vec<LocalShape>,
     pub(super) objects: Vec<LocalObject>,
+    /// Of all objects, those of each in file order.
+    pub(super) placements: Vec<InstancePlacement>,
 }
+
+/// Instances that are worth a second thread.
+pub(super) const MANY_INSTANCES: usize = 1 << 10;
 
 /// Reads all shapes that the picture may show, in parallel; findings come in file order.
 pub(in crate::compile) fn load(
@@ -40,14 +51,26 @@ pub(in crate::compile) fn load(
     diagnostics: &mut Diagnostics,
 ) -> Loaded {
     let times = frame.transform_times;
-    let mut placements = vec![Vec::new(); frame.objects.len()];
-    // Scenes may consist of instances: there is no need to have them twice.
-    for instance in std::mem::take(&mut frame.instances) {
-        let ObjectRef(object) = instance.object;
-        let pair = instance.world_from_instance.pair();
-        let placed = placement(pair, times, instance.span, diagnostics);
-        placements[object as usize].extend(placed);
-    }
+    // Scenes may consist of instances: collected this way, they stay in the memory in which they are.
+    let mut placements: Vec<InstancePlacement> = std::mem::take(&mut frame.instances)
+        .into_iter()
+        .filter_map(|instance| InstancePlacement::new(instance, times, diagnostics))
+        .collect();
+    placements.sort_by_key(|placement| placement.object);
+    let mut by_object = placements
+        .chunk_by(|a, b| a.object == b.object)
+        .map(|chunk| (chunk[0].object, chunk.len()))
+        .peekable();
+    let mut n_placed = 0;
+    let ranges: Vec<Range<usize>> = (0..)
+        .take(frame.objects.len())
+        .map(|object| {
+            let own = by_object.next_if(|&(placed, _)| placed == ObjectRef(object));
+            let start = n_placed;
+            n_placed += own.map_or(0, |(_, n)| n);
+            start..n_placed
+        })
+        .collect();
     let mut read = |entities: Vec<ShapeEntity>| {
         read_all(entities, &frame.materials, times, assets, diagnostics)
     };
@@ -55,7 +78,7 @@ pub(in crate::compile) fn load(
     let objects = frame
         .objects
         .iter_mut()
-        .zip(placements)
+        .zip(ranges)
         .map(|(object, placements)| {
             let entities = std::mem::take(&mut object.shapes);
             let shapes = if placements.is_empty() {
@@ -66,7 +89,11 @@ pub(in crate::compile) fn load(
             LocalObject { shapes, placements }
         })
         .collect();
-    Loaded { shapes, objects }
+    Loaded {
+        shapes,
+        objects,
+        placements,
+    }
 }
 
 fn read_all(
@@ -87,10 +114,16 @@ fn read_all(
             let shape = read.and_then(|ReadShape { local, masks }| {
                 let (pair, span) = (entity.world_from_object, entity.entity.span);
                 let world_from_object = placement(pair, times, span, &mut diagnostics)?;
+                let [start, end] = world_from_object.ends();
+                let mut world_bounds = local.bounds(&start);
+                if let Placement::Moving(_) = world_from_object {
+                    world_bounds = world_bounds.union(local.bounds(&end));
+                }
                 Some(LocalShape {
                     local,
                     masks,
                     world_from_object,
+                    world_bounds,
                     entity,
                 })
             });
@@ -116,43 +149,34 @@ impl LocalShape {
             Placement::Moving(_) => None,
         }
     }
+}
 
+impl Local {
     /// Box around the shape in a space reached by `transform`.
     pub(super) fn bounds(&self, transform: &Transform) -> WorldBounds {
         let mut bounds = WorldBounds::EMPTY;
-        match &self.local {
-            Local::Mesh(mesh) => mesh
+        match self {
+            Self::Mesh(mesh) => mesh
                 .positions
                 .iter()
                 .for_each(|p| bounds.add(transform.point(DVec3::from(p.map(f64::from))))),
-            Local::Curves(source) => source
+            Self::Curves(source) => source
                 .corners()
                 .for_each(|p| bounds.add(transform.point(p))),
-            Local::Form(form) => form
+            Self::Form(form) => form
                 .corners()
                 .iter()
                 .for_each(|p| bounds.add(transform.point(*p))),
         }
         bounds
     }
-
-    /// Box around the shape at both key frames.
-    fn bounds_at_ends(&self) -> WorldBounds {
-        let [start, end] = self.world_from_object.ends();
-        let bounds = self.bounds(&start);
-        if self.still().is_some() {
-            bounds
-        } else {
-            bounds.union(self.bounds(&end))
-        }
-    }
 }
 
 fn bounds_of(shapes: &[LocalShape]) -> WorldBounds {
     shapes
-        .par_iter()
-        .map(LocalShape::bounds_at_ends)
-        .reduce(|| WorldBounds::EMPTY, WorldBounds::union)
+        .iter()
+        .map(|shape| shape.world_bounds)
+        .fold(WorldBounds::EMPTY, WorldBounds::union)
 }
 
 impl Loaded {
@@ -169,18 +193,22 @@ impl Loaded {
     pub(in crate::compile) fn world_bounds(&self) -> WorldBounds {
         let mut bounds = bounds_of(&self.shapes);
         for object in &self.objects {
-            let corners = bounds_of(&object.shapes).corners();
-            let mut add = |transform: &Transform| {
-                for corner in corners {
-                    bounds.add(transform.point(corner));
+            let of_object = bounds_of(&object.shapes);
+            let add = |mut bounds: WorldBounds, placement: &InstancePlacement| {
+                match &placement.world_from_instance {
+                    InstanceMotion::Still(map) => bounds.add_image(map, &of_object),
+                    InstanceMotion::Moving(moving) => moving
+                        .keys()
+                        .iter()
+                        .for_each(|key| bounds.add_image(key.affine(), &of_object)),
                 }
+                bounds
             };
-            for placement in &object.placements {
-                match placement {
-                    Placement::Still(transform) => add(transform),
-                    Placement::Moving(moving) => moving.keys().iter().for_each(&mut add),
-                }
-            }
+            bounds = self.placements[object.placements.clone()]
+                .par_iter()
+                .with_min_len(MANY_INSTANCES)
+                .fold(|| WorldBounds::EMPTY, add)
+                .reduce(|| bounds, WorldBounds::union);
         }
         bounds
     }

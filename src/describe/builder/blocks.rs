@@ -14,7 +14,7 @@ impl Builder {
         self.draft.ctm = Ctm::default();
         self.draft
             .coordinate_systems
-            .insert("world".to_owned(), (self.draft.ctm.pair, span));
+            .insert("world".to_owned(), (self.draft.ctm.pair(), span));
     }
 
     pub(super) fn world_end(&mut self, span: Span) {

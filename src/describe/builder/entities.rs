@@ -54,7 +54,7 @@ impl Builder {
     }
 
     pub(super) fn camera(&mut self, plugin: Plugin, span: Span) {
-        let ctm = self.draft.ctm.pair;
+        let ctm = self.draft.ctm.pair();
         let inverse = TransformPair {
             start: ctm.start.inverse(),
             end: ctm.end.inverse(),
@@ -113,7 +113,7 @@ impl Builder {
         self.draft.media.push(MediumEntity {
             name,
             entity,
-            world_from_medium: self.draft.ctm.pair,
+            world_from_medium: self.draft.ctm.pair(),
         });
     }
 
@@ -169,7 +169,7 @@ impl Builder {
             let before = self.draft.textures[before.0 as usize].name.span;
             self.diagnostics.push(redefined("texture", &name, before));
         }
-        let world_from_texture = self.draft.ctm.pair;
+        let world_from_texture = self.draft.ctm.pair();
         self.draft.textures.push(TextureEntity {
             name,
             value_type,
@@ -297,7 +297,7 @@ impl Builder {
         let entity = self.entity(plugin, span);
         self.draft.lights.push(LightEntity {
             entity,
-            world_from_light: self.draft.ctm.pair,
+            world_from_light: self.draft.ctm.pair(),
             medium,
         });
     }

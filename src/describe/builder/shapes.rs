@@ -24,7 +24,7 @@ impl Builder {
         let media = self.media();
         let shape = ShapeEntity {
             entity: self.entity(plugin, span),
-            world_from_object: self.draft.ctm.pair,
+            world_from_object: self.draft.ctm.pair(),
             reverse_orientation: graphics.reverse_orientation,
             material: graphics.material,
             private_material,
@@ -40,7 +40,7 @@ impl Builder {
     /// Whether a shape here emits; says where pbrt-v3 falls short of what the file asks for.
     pub(super) fn may_emit(&mut self, light: AreaLightRef, span: Span) -> bool {
         let light_span = self.draft.area_lights[light.0 as usize].span;
-        if self.draft.ctm.pair.is_animated() {
+        if self.draft.ctm.is_animated() {
             self.diagnostics.push(
                 Diagnostic::warning(
                     "animated-area-light",
@@ -131,7 +131,8 @@ impl Builder {
         if self.draft.objects[object.0 as usize].shapes.is_empty() {
             return;
         }
-        let world_from_instance = CompactPair::new(&self.draft.ctm.pair);
+        let ctm = &self.draft.ctm;
+        let world_from_instance = CompactPair::new(&ctm.start, ctm.end.as_deref());
         self.draft.instances.push(InstanceEntity {
             object,
             world_from_instance,

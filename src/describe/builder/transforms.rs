@@ -30,11 +30,10 @@ impl Builder {
         span: Span,
         change: impl Fn(DMat4) -> DMat4,
     ) {
-        let pair = self.draft.ctm.changed(change);
-        if transform::is_usable(&pair.start)
-            && (!pair.is_animated() || transform::is_usable(&pair.end))
-        {
-            self.draft.ctm.pair = pair;
+        let ctm = self.draft.ctm.changed(change);
+        let ends = std::iter::once(&ctm.start).chain(ctm.end.as_deref());
+        if ends.into_iter().all(transform::is_usable) {
+            self.draft.ctm = ctm;
         } else {
             self.diagnostics.push(
                 Diagnostic::error(
@@ -74,12 +73,12 @@ impl Builder {
     pub(super) fn coordinate_system(&mut self, name: Spanned<String>) {
         self.draft
             .coordinate_systems
-            .insert(name.value, (self.draft.ctm.pair, name.span));
+            .insert(name.value, (self.draft.ctm.pair(), name.span));
     }
 
     pub(super) fn coord_sys_transform(&mut self, name: &Spanned<String>) {
         match self.draft.coordinate_systems.get(&name.value) {
-            Some((pair, _)) => self.draft.ctm.pair = *pair,
+            Some((pair, _)) => self.draft.ctm = self.draft.ctm.with(pair),
             None => {
                 let known = self
                     .draft
@@ -100,7 +99,7 @@ impl Builder {
 
     /// Warns that only the start of a motion is used.
     pub(super) fn warn_if_animated(&mut self, what: &str, span: Span) {
-        if self.draft.ctm.pair.is_animated() {
+        if self.draft.ctm.is_animated() {
             self.diagnostics.push(
                 Diagnostic::warning("animation-ignored", span, format!("{what} cannot move"))
                     .with_label("the transform at the start of the motion is used"),
