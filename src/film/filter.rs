@@ -103,7 +103,7 @@ impl FilterRow<'_> {
 
 #[inline]
 fn step(offset: f64, steps_per_pixel: f64) -> usize {
-    ((offset.abs() * steps_per_pixel) as usize).min(STEPS - 1)
+    ((offset.abs() * steps_per_pixel) as u32).min(STEPS as u32 - 1) as usize
 }
 
 impl FilterTable {

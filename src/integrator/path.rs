@@ -20,7 +20,7 @@ use crate::integrator::subsurface::{Entry, sample_exit};
 use crate::integrator::trace::{Event, Observer};
 use crate::light::Wanted;
 use crate::math::error::EPSILON;
-use crate::math::{Frame, Normal3, Ray, Vec3};
+use crate::math::{Frame, Normal3, Point3, Ray, Vec3};
 use crate::medium::MediumEvent;
 use crate::sampler::Sampler;
 use crate::sampling::mis::Heuristic;
@@ -63,6 +63,38 @@ enum Origin {
     Hidden,
 }
 
+/// What a path from the camera finds, and where it may be joined by others: if its first collision is in a cloud.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Found {
+    /// Radiance it brings along, but for what it finds from a [`Junction::second`] collision on.
+    pub radiance: Rgb,
+    /// Its first collisions in a cloud that [can be shared](World::shared_cloud).
+    pub junction: Option<Junction>,
+}
+
+/// Where a path scatters in a cloud, coming from the camera.
+#[derive(Clone, Copy, PartialEq, Debug)]
+pub struct Junction {
+    /// First.
+    pub first: Point3,
+    /// If again after that: where, and the radiance that it finds from there on.
+    pub second: Option<(Point3, Rgb)>,
+}
+
+impl Found {
+    /// Nothing.
+    pub const NOTHING: Self = Self {
+        radiance: Rgb::BLACK,
+        junction: None,
+    };
+
+    /// All that the path finds.
+    pub fn total(&self) -> Rgb {
+        let beyond = self.junction.and_then(|junction| junction.second);
+        self.radiance + beyond.map_or(Rgb::BLACK, |(_, radiance)| radiance)
+    }
+}
+
 /// What became of a path in a medium.
 enum Flight {
     Scattered,
@@ -85,6 +117,11 @@ struct State<'a, O> {
     is_clear: bool,
     origin: Origin,
     radiance: Rgb,
+    /// The cloud's paths can be shared.
+    may_be_joined: bool,
+    /// Where it has, so far. From the second collision on `radiance` is that of its own, not this.
+    junction: Option<Junction>,
+    radiance_before: Rgb,
     beta: Rgb,
     /// Undoes, for Russian roulette, the change of throughput by refraction.
     eta_scale: f32,
@@ -92,7 +129,7 @@ struct State<'a, O> {
 }
 
 impl Path {
-    /// Radiance along a camera ray. `VOLUMETRIC` heeds media and lets light sampling pass null surfaces; without it
+    /// What a path along a camera ray finds. `VOLUMETRIC` heeds media and lets light sampling pass null surfaces; without it
     /// both are as in pbrt-v3's `path`: media do not exist, null surfaces block light sampling. `observer` is told
     /// what happens.
     pub fn li<const VOLUMETRIC: bool, O: Observer>(
@@ -103,7 +140,7 @@ impl Path {
         sampler: &mut Sampler,
         counters: &mut Counters,
         observer: &mut O,
-    ) -> Rgb {
+    ) -> Found {
         let rng = sampler.stream();
         let declared = world.camera_medium();
         let cloud = VOLUMETRIC
@@ -125,6 +162,9 @@ impl Path {
             is_clear: false,
             origin: Origin::Certain,
             radiance: Rgb::BLACK,
+            may_be_joined: cloud.is_some() && world.shared_cloud().is_some(),
+            junction: None,
+            radiance_before: Rgb::BLACK,
             beta: Rgb::ONE,
             eta_scale: 1.0,
             bounces: 0,
@@ -233,7 +273,7 @@ impl Path {
                 state.look_for_light();
             }
         }
-        state.radiance
+        state.found()
     }
 
     /// Flies on in the current medium, to the surface at `hit` if there is one.
@@ -324,6 +364,41 @@ impl<O: Observer> State<'_, O> {
             let event = event(self);
             self.observer.see(event);
         }
+    }
+
+    /// Notes that the path scatters in a cloud at `p`.
+    #[inline]
+    fn note_junction(&mut self, p: Point3) {
+        match (self.bounces, &mut self.junction) {
+            (0, junction) => {
+                *junction = Some(Junction {
+                    first: p,
+                    second: None,
+                });
+            }
+            (1, Some(junction)) => {
+                junction.second = Some((p, Rgb::BLACK));
+                self.radiance_before = std::mem::replace(&mut self.radiance, Rgb::BLACK);
+            }
+            _ => {}
+        }
+    }
+
+    /// What the path has found.
+    fn found(&self) -> Found {
+        let mut found = Found {
+            radiance: self.radiance,
+            junction: self.junction,
+        };
+        if let Some(Junction {
+            second: Some((_, beyond)),
+            ..
+        }) = &mut found.junction
+        {
+            *beyond = self.radiance;
+            found.radiance = self.radiance_before;
+        }
+        found
     }
 
     /// Tells the observer why the path ends.
@@ -439,6 +514,9 @@ impl<O: Observer> State<'_, O> {
     fn scatter_in_medium(&mut self, t: f32, phase: HenyeyGreenstein, fog: Option<&FogSegment<'_>>) {
         let p = self.ray.at(t);
         let wo = -self.ray.d;
+        if self.may_be_joined {
+            self.note_junction(p);
+        }
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         let at = Receiver {
             p,
@@ -447,18 +525,29 @@ impl<O: Observer> State<'_, O> {
             wanted: self.world.wanted_in(self.medium, p),
             time: self.ray.time,
         };
-        if !phase.is_delta() {
+        // What is found at first is no other path's to share: it is looked for twice, at places far apart.
+        let n_lights = if self.may_be_joined && self.bounces == 0 {
+            2
+        } else {
+            1
+        };
+        let share = 1.0 / n_lights as f32;
+        for k in 0..n_lights {
+            let shift = k as f32 * share;
+            let u_light = (u_light + f64::from(shift)).fract();
+            let u = u.map(|u| (u + shift).fract());
             let medium = self.medium;
-            if let Some((light, pmf)) = self.world.choose_light(&at, u_light)
+            if !phase.is_delta()
+                && let Some((light, pmf)) = self.world.choose_light(&at, u_light)
                 && let Some(sample) = self.world.sample_on_light(light, pmf, &at, u)
             {
                 let density = phase.p(wo, sample.wi);
                 let weight = match fog {
                     Some(fog) if sample.is_delta => fog.weight_by_extinction(t, p, light, pmf),
-                    _ => sample.weight(density),
+                    _ => sample.weight(density * share),
                 };
                 let f = Rgb::splat(density);
-                self.add_light::<true>(&sample, f, weight, medium);
+                self.add_light::<true>(&sample, f, weight * share, medium);
             }
         }
         let (wi, pdf_w) = phase.sample(wo, self.sampler.get_2d());
@@ -466,6 +555,8 @@ impl<O: Observer> State<'_, O> {
         self.origin = if phase.is_delta() {
             Origin::Certain
         } else {
+            // Beside so many samples of lights.
+            let pdf_w = pdf_w * share;
             Origin::Drawn { at, pdf_w }
         };
         self.ray = Ray {
@@ -694,7 +785,7 @@ mod tests {
     use crate::ids::{LightId, MaterialId, ObjectId};
     use crate::integrator::trace::Unobserved;
     use crate::light::{InfiniteLight, Light};
-    use crate::math::{Point3, Transform};
+    use crate::math::Transform;
     use crate::medium::{Homogeneous, Medium};
     use crate::shape::quadric::{Form, Sphere};
     use crate::shape::{Quadric, Shape};
@@ -733,7 +824,7 @@ mod tests {
         };
         let mut counters = Counters::default();
         let mut sampler = Sampler::new(0, [0, 0], 0);
-        let radiance = path.li::<true, _>(
+        let found = path.li::<true, _>(
             &world,
             ray,
             None,
@@ -741,7 +832,7 @@ mod tests {
             &mut counters,
             &mut Unobserved,
         );
-        assert_eq!((radiance, counters.stuck_paths), (Rgb::ONE, 0));
+        assert_eq!((found.total(), counters.stuck_paths), (Rgb::ONE, 0));
     }
 
     #[test]

@@ -435,6 +435,25 @@ impl GridMedium {
         }
     }
 
+    /// Whether light is scattered alike to all sides and dimmed alike in all channels, and [`GridMedium::depth_between`] is
+    /// worth its time.
+    pub fn is_evenly_shared(&self) -> bool {
+        self.is_grey && self.integrates && self.scatters() && self.phase.g == 0.0
+    }
+
+    /// Optical depth between two places in the grid, or in the box it is confined to, in the channel of the largest
+    /// extinction.
+    pub fn depth_between(&self, a: Point3, b: Point3) -> f64 {
+        let [from, to] = [a, b].map(|p| self.lattice_from_render.transform_point3a(p.0));
+        let lattice = &self.density.lattice;
+        // They are near: cells of majorants would be more to walk through than what they leave out.
+        let ray = LatticeRay::new(lattice, from, to - from);
+        let mut column = 0.0;
+        let mut march = March::new(lattice, &ray, 0.0);
+        lattice.integrate(&ray, &mut march, 1.0, &mut column, f64::INFINITY);
+        column * f64::from((b - a).length()) * f64::from(self.sigma_t.max_component())
+    }
+
     /// Exactly where voxels are thick or only absorb, by ratio tracking (Novák et al. 2014) under local majorants where
     /// they are thin; with Russian roulette once little is left.
     pub(super) fn transmittance(&self, ray: &Ray, t_max: f32, rng: &mut Rng) -> Rgb {
