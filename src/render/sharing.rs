@@ -200,7 +200,8 @@ impl<'a> Sharing<'a> {
                 total += *density;
             }
             // Places that cannot be told apart have no densities: then each keeps its own.
-            if !(total > 0.0 && total < f64::INFINITY) || !self.job.can_be(beyond) {
+            let can_share = total > 0.0 && total < f64::INFINITY && self.job.can_be(beyond);
+            if !can_share {
                 samples[member.index].shared += beyond;
                 continue;
             }

@@ -9,21 +9,23 @@ use tyndall::render::{Job, Unwatched, render, retake};
 
 use crate::nebula::Nebula;
 use crate::scene::compile_scene;
-use crate::seen::seen_by;
+use crate::seen::{environment, seen_by};
 use crate::skies::{SKY, map};
 use crate::solids::null_box;
 
 const SIZE: usize = 12;
 const SPP: u32 = 4;
 
-/// A cloud in a box, beside a floor, under a sky; `film` goes on with the film's directive.
-fn job(film: &str) -> Job {
+/// A cloud in a box above a floor, under `sky`; `film` goes on with the film's directive.
+fn job(film: &str, sky: &str, fov: f64) -> Job {
     let cloud =
         Nebula::ragged([9, 8, 10], [-1.0; 3], [1.0; 3]).medium("cloud", [0.2; 3], [4.0; 3], 0.0);
     let wall = null_box([-1.0; 3], [1.0; 3], "cloud", "");
     let floor = "AttributeBegin Translate 0 -2 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 4 AttributeEnd\n";
-    let world = format!("{SKY}{cloud}{wall}{floor}");
+    let world = format!("{sky}{cloud}{wall}{floor}");
     let seen = seen_by("volpath", 6, [0.13, 0.21, -3.0], [0.0, 0.0, 1.0], &world);
+    let lens = format!("Camera \"perspective\" \"float fov\" {fov}");
+    let seen = seen.replace("Camera \"perspective\"", &lens);
     let text = format!(
         "Sampler \"02sequence\" \"integer pixelsamples\" {SPP}\n\
          Film \"image\" \"integer xresolution\" {SIZE} \"integer yresolution\" {SIZE} {film}\n{seen}"
@@ -60,48 +62,58 @@ fn standardised(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
     (mean / (variance / n).sqrt(), variance)
 }
 
+/// Pictures of a job by paths that share, and by the same paths alone, for so many seeds.
+fn pairs(mut job: Job, n_seeds: u64) -> Vec<[Vec<f64>; 2]> {
+    let of_seed = |seed: u64| {
+        job.seed = seed;
+        let shared = picture(&job).data().iter().map(|&c| f64::from(c)).collect();
+        [shared, alone(&job)]
+    };
+    (0..n_seeds).map(of_seed).collect()
+}
+
 #[test]
-fn sharing_changes_no_pixel_on_average_and_takes_noise_away() {
-    let mut job = job("PixelFilter \"box\"");
-    let pictures: Vec<[Vec<f64>; 2]> = (0..400)
-        .map(|seed| {
-            job.seed = seed;
-            let shared = picture(&job).data().iter().map(|&c| f64::from(c)).collect();
-            [shared, alone(&job)]
-        })
-        .collect();
-    let of_pixel = |k: usize, by: fn(f64, f64) -> f64| {
-        let values = pictures
-            .iter()
-            .map(move |[shared, alone]| by(shared[k], alone[k]));
-        standardised(values)
+fn sharing_changes_no_pixel_on_average() {
+    for (what, fov) in [("from afar", 90.0), ("close up", 12.0)] {
+        let pictures = pairs(job("PixelFilter \"box\"", SKY, fov), 400);
+        let of_pixel = |k: usize| standardised(pictures.iter().map(move |[a, b]| a[k] - b[k])).0;
+        let worst = (0..SIZE * SIZE * 3)
+            .map(|k| of_pixel(k).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            worst < 5.0,
+            "{what}: a pixel is {worst} standard errors off"
+        );
+        // Of the whole picture, with an error planted.
+        let whole = |planted: f64| {
+            let off = |[a, b]: &[Vec<f64>; 2]| -> f64 {
+                a.iter().zip(b).map(|(a, b)| a * (1.0 + planted) - b).sum()
+            };
+            standardised(pictures.iter().map(off)).0.abs()
+        };
+        assert!(
+            whole(0.0) < 4.0,
+            "{what}: {} standard errors off",
+            whole(0.0)
+        );
+        assert!(whole(0.01) > 4.0, "{what}: a hundredth would not be seen");
+    }
+}
+
+#[test]
+fn sharing_takes_noise_away_where_paths_scatter_close_to_each_other() {
+    let pictures = pairs(job("PixelFilter \"box\"", &environment([1.0; 3]), 12.0), 50);
+    let variance = |which: usize| -> f64 {
+        let of_pixel = |k: usize| standardised(pictures.iter().map(move |pair| pair[which][k])).1;
+        (0..SIZE * SIZE * 3).map(of_pixel).sum()
     };
-    let n = SIZE * SIZE * 3;
-    let worst =
-        |by: fn(f64, f64) -> f64| (0..n).map(|k| of_pixel(k, by).0.abs()).fold(0.0, f64::max);
-    let whole = |by: fn(f64, f64) -> f64| {
-        let sums = pictures.iter().map(move |[shared, alone]| {
-            shared
-                .iter()
-                .zip(alone)
-                .map(|(&a, &b)| by(a, b))
-                .sum::<f64>()
-        });
-        standardised(sums).0.abs()
-    };
-    let variance = |by: fn(f64, f64) -> f64| (0..n).map(|k| of_pixel(k, by).1).sum::<f64>();
-    let off = (worst(|a, b| a - b), whole(|a, b| a - b));
-    assert!(off.0 < 5.0 && off.1 < 4.0, "standard errors off: {off:?}");
-    // A hundredth would be seen.
-    let planted = whole(|a, b| 1.01 * a - b);
-    assert!(planted > 4.0, "a planted hundredth is {planted} off");
-    let ratio = variance(|a, _| a) / variance(|_, b| b);
-    assert!(ratio < 0.7, "{ratio} of the noise is left");
+    let left = variance(0) / variance(1);
+    assert!(left < 0.8, "{left} of the noise is left");
 }
 
 #[test]
 fn who_shares_depends_on_neither_crop_window_nor_pixel_bounds_nor_threads() {
-    let whole = job("PixelFilter \"gaussian\"");
+    let whole = job("PixelFilter \"gaussian\"", SKY, 40.0);
     let picture_of_whole = picture(&whole);
     let one = rayon::ThreadPoolBuilder::new()
         .num_threads(1)
@@ -112,7 +124,11 @@ fn who_shares_depends_on_neither_crop_window_nor_pixel_bounds_nor_threads() {
         picture_of_whole.data()
     );
 
-    let cropped = job("\"float cropwindow\" [.25 .75 .5 1] PixelFilter \"gaussian\"");
+    let cropped = job(
+        "\"float cropwindow\" [.25 .75 .5 1] PixelFilter \"gaussian\"",
+        SKY,
+        40.0,
+    );
     let crop = cropped.film.crop;
     let picture_of_crop = picture(&cropped);
     for y in 0..crop.height {
@@ -128,7 +144,7 @@ fn who_shares_depends_on_neither_crop_window_nor_pixel_bounds_nor_threads() {
         );
     }
 
-    let mut bounded = job("PixelFilter \"box\"");
+    let mut bounded = job("PixelFilter \"box\"", SKY, 40.0);
     let picture_of_all = picture(&bounded);
     let pixels = tyndall::image::PixelRect {
         x0: 3,
