@@ -184,6 +184,14 @@ impl Writer<'_> {
             Event::Survived { p_end } => {
                 format!("survives roulette that would end it with {p_end}")
             }
+            Event::Forked { n_ways } => format!("goes on in {n_ways} ways, one after the other"),
+            Event::Returned { p, beta } => {
+                format!(
+                    "another way from {}, throughput {}",
+                    self.place(p),
+                    rgb(beta)
+                )
+            }
             Event::Ended { why } => format!("ends: {why}"),
         }
     }

@@ -82,19 +82,41 @@ const STEPS: usize = 16;
 #[derive(Clone, Debug)]
 pub struct FilterTable {
     radius: [f64; 2],
-    weights: Vec<f64>,
+    /// From offsets to steps, along each axis.
+    steps_per_pixel: [f64; 2],
+    weights: Box<[[f64; STEPS]; STEPS]>,
+}
+
+/// The weights of a row of pixels.
+pub(super) struct FilterRow<'a> {
+    steps_per_pixel: f64,
+    weights: &'a [f64; STEPS],
+}
+
+impl FilterRow<'_> {
+    /// The weight at an offset along x, in pixels.
+    #[inline]
+    pub(super) fn at(&self, dx: f64) -> f64 {
+        self.weights[step(dx, self.steps_per_pixel)]
+    }
+}
+
+#[inline]
+fn step(offset: f64, steps_per_pixel: f64) -> usize {
+    ((offset.abs() * steps_per_pixel) as u32).min(STEPS as u32 - 1) as usize
 }
 
 impl FilterTable {
     /// Radii are positive and finite.
     pub fn new(filter: Filter, radius: [f64; 2]) -> Self {
-        let axis = |r: f64| {
-            (0..STEPS).map(move |i| filter.evaluate((i as f64 + 0.5) * r / STEPS as f64, r))
-        };
-        let weights = axis(radius[1])
-            .flat_map(|wy| axis(radius[0]).map(move |wx| wx * wy))
-            .collect();
-        Self { radius, weights }
+        let [along_x, along_y] = radius.map(|r| -> [f64; STEPS] {
+            std::array::from_fn(|i| filter.evaluate((i as f64 + 0.5) * r / STEPS as f64, r))
+        });
+        Self {
+            radius,
+            steps_per_pixel: radius.map(|r| STEPS as f64 / r),
+            weights: Box::new(along_y.map(|wy| along_x.map(|wx| wx * wy))),
+        }
     }
 
     /// Radii in pixels.
@@ -105,22 +127,17 @@ impl FilterTable {
 
     /// Whether every sample counts alike, and in one pixel alone.
     pub fn is_even_within_a_pixel(&self) -> bool {
-        let is_even = self.weights.iter().all(|w| *w == self.weights[0]);
+        let weights = self.weights.as_flattened();
+        let is_even = weights.iter().all(|w| *w == weights[0]);
         is_even && self.radius.iter().all(|&r| r <= 0.5)
     }
 
+    /// The weights of the pixels at an offset along y, in pixels.
     #[inline]
-    pub(super) fn index_x(&self, dx: f64) -> usize {
-        ((dx.abs() / self.radius[0] * STEPS as f64) as usize).min(STEPS - 1)
-    }
-
-    #[inline]
-    pub(super) fn index_y(&self, dy: f64) -> usize {
-        ((dy.abs() / self.radius[1] * STEPS as f64) as usize).min(STEPS - 1)
-    }
-
-    #[inline]
-    pub(super) fn weight(&self, x: usize, y: usize) -> f64 {
-        self.weights[y * STEPS + x]
+    pub(super) fn row(&self, dy: f64) -> FilterRow<'_> {
+        FilterRow {
+            steps_per_pixel: self.steps_per_pixel[0],
+            weights: &self.weights[step(dy, self.steps_per_pixel[1])],
+        }
     }
 }

@@ -310,14 +310,25 @@ impl FilmBlock {
         let range = |p: f64, r: f64, lo: i32, n: usize| {
             let first = ((p - r).ceil() as i32).max(lo);
             let last = ((p + r).floor() as i32).min(lo + n as i32 - 1);
-            first..=last
+            (
+                first,
+                (first - lo) as usize,
+                (last + 1 - first).max(0) as usize,
+            )
         };
-        for y in range(py, ry, self.bounds.y0, self.bounds.height) {
-            let row = desc.filter.index_y(y as f64 - py);
-            let start = (y - self.bounds.y0) as usize * self.bounds.width;
-            for x in range(px, rx, self.bounds.x0, self.bounds.width) {
-                let w = desc.filter.weight(desc.filter.index_x(x as f64 - px), row);
-                let sum = &mut self.sums[start + (x - self.bounds.x0) as usize];
+        let PixelRect {
+            x0,
+            y0,
+            width,
+            height,
+        } = self.bounds;
+        let (first_x, n_left, n_columns) = range(px, rx, x0, width);
+        let (first_y, n_above, n_rows) = range(py, ry, y0, height);
+        let lines = self.sums.chunks_exact_mut(width.max(1));
+        for (y, line) in (first_y..).zip(lines.skip(n_above).take(n_rows)) {
+            let weights = desc.filter.row(y as f64 - py);
+            for (x, sum) in (first_x..).zip(line.iter_mut().skip(n_left).take(n_columns)) {
+                let w = weights.at(x as f64 - px);
                 for (sum, c) in sum.rgb.iter_mut().zip(rgb) {
                     *sum += c * w;
                 }

@@ -110,6 +110,14 @@ impl Integrator {
         matches!(self, Self::VolPath(_))
     }
 
+    /// The path tracer that renders a scene with media.
+    pub fn volumetric(&self) -> Option<&Path> {
+        match self {
+            Self::VolPath(path) => Some(path),
+            _ => None,
+        }
+    }
+
     /// Radiance that arrives along a camera ray: of photon mapping, the part that needs no photons; of Markov chains,
     /// what they converge to. An observer changes no bit of it, and is told how it comes about if the integrator
     /// [can tell](Self::is_observable).
@@ -124,7 +132,9 @@ impl Integrator {
     ) -> Rgb {
         match self {
             Self::Path(path) => {
-                path.li::<false, _>(world, ray, differential, sampler, counters, observer)
+                let found =
+                    path.li::<false, _>(world, ray, differential, sampler, counters, observer);
+                found.total()
             }
             // Without media, null surfaces and shadow masks the two are the same, and the simpler one is faster.
             Self::VolPath(path)
@@ -132,10 +142,14 @@ impl Integrator {
                     && !world.facts().has_null_surfaces
                     && !world.facts().has_shadow_holes =>
             {
-                path.li::<false, _>(world, ray, differential, sampler, counters, observer)
+                let found =
+                    path.li::<false, _>(world, ray, differential, sampler, counters, observer);
+                found.total()
             }
             Self::VolPath(path) => {
-                path.li::<true, _>(world, ray, differential, sampler, counters, observer)
+                let found =
+                    path.li::<true, _>(world, ray, differential, sampler, counters, observer);
+                found.total()
             }
             Self::Sppm(sppm) => {
                 let path = sppm.camera_path(world, ray, differential, sampler, counters);

@@ -146,6 +146,18 @@ pub enum Event {
         /// The chance to end it had.
         p_end: f32,
     },
+    /// It goes on in several ways, one after the other.
+    Forked {
+        /// Their number: each has this part of the throughput.
+        n_ways: u32,
+    },
+    /// It returned to where it forked, to scatter there once more.
+    Returned {
+        /// Where.
+        p: Point3,
+        /// Throughput.
+        beta: Rgb,
+    },
     /// It ended.
     Ended {
         /// Why.

@@ -1,6 +1,6 @@
 //! Environment maps: radiance by direction, and directions in proportion to it.
 
-use std::f32::consts::{FRAC_1_PI, PI, TAU};
+use std::f32::consts::{FRAC_1_PI, PI};
 
 use glam::Vec3A;
 
@@ -9,6 +9,7 @@ use crate::light::luminances::{Emphasis, Emphasised, Luminances};
 use crate::light::outline::{Outline, Outlined};
 use crate::light::patch_choice::{Drawn, PatchChoice};
 use crate::light::regions::Purpose;
+use crate::math::sin_cos_of_turns;
 use crate::spectrum::Rgb;
 
 /// A latitude–longitude map, looked up bilinearly, with a sampler whose density is proportional to the luminance of
@@ -318,8 +319,8 @@ fn direction_of([width, height]: [usize; 2]) -> impl Fn([f64; 2]) -> Vec3A {
 #[inline]
 fn direction(s: f32, t: f32) -> (Vec3A, f32) {
     let t = if t > 1.0 { t - 1.0 } else { t };
-    let (sin_theta, cos_theta) = (t * PI).sin_cos();
-    let (sin_phi, cos_phi) = (s * TAU).sin_cos();
+    let (sin_theta, cos_theta) = sin_cos_of_turns(0.5 * t);
+    let (sin_phi, cos_phi) = sin_cos_of_turns(s);
     let w = Vec3A::new(sin_theta * cos_phi, sin_theta * sin_phi, cos_theta);
     (w, sin_theta)
 }

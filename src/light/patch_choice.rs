@@ -11,7 +11,7 @@ use std::ops::Range;
 use glam::Vec3A;
 use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
 
-use crate::light::regions::{COLUMNS, DrawnRegion, LightByRegion, Purpose, ROWS, Regions, pick};
+use crate::light::regions::{COLUMNS, DrawnRegion, LightByRegion, Purpose, ROWS, Regions};
 use crate::sampling::cumulative::{self, Cumulative};
 
 /// Cells side by side in a map, and on top of each other, at most.
@@ -55,8 +55,8 @@ enum CellChoice {
         rows: Cumulative,
         columns: Vec<Cumulative>,
     },
-    /// By region and receiver, then by its weight.
-    ByRegion(Box<Regions>),
+    /// By region and receiver, then by its weight: a table of the cells of each region, row by row.
+    ByRegion(Box<Regions>, Vec<Table>),
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -67,12 +67,12 @@ enum Cell {
     Uneven(u32),
 }
 
-/// Chooses a patch of a cell: a row, then a patch of it.
+/// Chooses a patch of a cell, or a cell of a region: a row, then one of it.
 #[derive(Clone, Debug)]
 struct Table {
     n_rows: usize,
     n_columns: usize,
-    /// Where the rows begin, then where the patches of each do; see [`cumulative::find`].
+    /// Where the rows begin, then where the entries of each do; see [`cumulative::find`].
     starts: Vec<u32>,
 }
 
@@ -151,6 +151,15 @@ impl Grid {
         ]
     }
 
+    /// Columns and rows of the cells of a region; none beyond the map.
+    fn cells_of(&self, region: usize) -> [Range<usize>; 2] {
+        let along = |axis: usize, place: usize| {
+            let end_of = |place: usize| (place * self.span[axis]).min(self.n_cells[axis]);
+            end_of(place)..end_of(place + 1)
+        };
+        [along(0, region % COLUMNS), along(1, region / COLUMNS)]
+    }
+
     /// Columns and rows of the patches of a cell.
     fn extent(&self, cell: usize) -> [Range<usize>; 2] {
         [
@@ -176,15 +185,15 @@ impl Grid {
 }
 
 impl Table {
-    /// Of weights row by row.
+    /// Of weights row by row; without any it is not to be asked.
     fn new(weights: &[f64], n_columns: usize) -> Self {
-        let rows = weights.chunks_exact(n_columns);
+        let rows = weights.chunks_exact(n_columns.max(1));
         let n_rows = rows.len();
         let mut starts = Vec::with_capacity(n_rows + weights.len());
         let sums: Vec<f64> = rows.clone().map(|row| row.iter().sum()).collect();
-        cumulative::push_starts(&sums, &mut starts);
+        starts.extend(cumulative::starts(&sums));
         for row in rows {
-            cumulative::push_starts(row, &mut starts);
+            starts.extend(cumulative::starts(row));
         }
         Self {
             n_rows,
@@ -201,6 +210,19 @@ impl Table {
         let columns = &columns[row * self.n_columns..][..self.n_columns];
         let (column, u) = cumulative::find(columns, u[0]);
         (column, row, [u, v])
+    }
+}
+
+impl CellChoice {
+    /// By region; `weights` are those of cells.
+    fn by_region(regions: Regions, grid: &Grid, weights: &[f32]) -> Self {
+        let table = |region: usize| {
+            let [columns, rows] = grid.cells_of(region);
+            let line = |row: usize| &weights[row * grid.n_cells[0]..][columns.clone()];
+            let weights: Vec<f64> = rows.flat_map(line).map(|&w| f64::from(w)).collect();
+            Table::new(&weights, columns.len())
+        };
+        Self::ByRegion(Box::new(regions), (0..ROWS * COLUMNS).map(table).collect())
     }
 }
 
@@ -265,9 +287,11 @@ impl PatchChoice {
             .map(|cell| (cell.sum / total) as f32)
             .collect();
         let choice = if heeds_normals {
-            CellChoice::ByRegion(Box::new(Regions::by_normal(
-                grid.light(&weights, direction),
-            )))
+            CellChoice::by_region(
+                Regions::by_normal(grid.light(&weights, direction)),
+                &grid,
+                &weights,
+            )
         } else {
             let sums: Vec<f64> = weighed.iter().map(|cell| cell.sum).collect();
             let rows = sums.chunks(grid.n_cells[0]);
@@ -295,7 +319,8 @@ impl PatchChoice {
         transmittances: impl Fn(Vec3A) -> Vec<f32> + Sync,
     ) {
         let light = self.grid.light(&self.weights, direction);
-        self.choice = CellChoice::ByRegion(Box::new(Regions::by_block(light, transmittances)));
+        let regions = Regions::by_block(light, transmittances);
+        self.choice = CellChoice::by_region(regions, &self.grid, &self.weights);
     }
 
     /// Mean weight of a patch: what weights are divided by for the density of points in uneven cells.
@@ -318,7 +343,7 @@ impl PatchChoice {
     pub(super) fn gain(&self, column: usize, row: usize, purpose: Purpose) -> f32 {
         match &self.choice {
             CellChoice::Whole { .. } => 1.0,
-            CellChoice::ByRegion(regions) => {
+            CellChoice::ByRegion(regions, _) => {
                 regions.gain(self.grid.region_of(column, row), purpose)
             }
         }
@@ -327,14 +352,13 @@ impl PatchChoice {
     /// Draws a cell: column, row, what is left of `u`, and the factor by which the purpose changes its density.
     #[inline]
     fn sample_cell(&self, u: [f32; 2], purpose: Purpose) -> (usize, usize, [f32; 2], f32) {
-        let grid = &self.grid;
-        let regions = match &self.choice {
+        let (regions, tables) = match &self.choice {
             CellChoice::Whole { rows, columns } => {
                 let (row, v) = rows.sample(u[1]);
                 let (column, u) = columns[row].sample(u[0]);
                 return (column, row, [u, v], 1.0);
             }
-            CellChoice::ByRegion(regions) => regions,
+            CellChoice::ByRegion(regions, tables) => (regions, tables),
         };
         let DrawnRegion {
             row,
@@ -342,19 +366,10 @@ impl PatchChoice {
             u,
             gain,
         } = regions.sample(u, purpose);
-
-        // Within the region: a row of cells, then a cell of it.
-        let first = [column * grid.span[0], row * grid.span[1]];
-        let [columns, rows] =
-            [0, 1].map(|axis| first[axis]..(first[axis] + grid.span[axis]).min(grid.n_cells[axis]));
-        let line = |row: usize| {
-            let start = row * grid.n_cells[0];
-            &self.weights[start + columns.start..start + columns.end]
-        };
-        let (row, v) = pick(rows.map(|row| line(row).iter().sum()), u[1]);
-        let row = first[1] + row;
-        let (column, u) = pick(line(row).iter().copied(), u[0]);
-        (first[0] + column, row, [u, v], gain)
+        let (column_within, row_within, u) = tables[row * COLUMNS + column].sample(u);
+        let [width, height] = self.grid.span;
+        let (column, row) = (column * width + column_within, row * height + row_within);
+        (column, row, u, gain)
     }
 
     /// Draws a place, with the factor by which the purpose changes its density.

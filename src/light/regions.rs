@@ -10,7 +10,7 @@ use rayon::iter::{IntoParallelIterator, ParallelIterator};
 
 use crate::ids::BlockId;
 use crate::math::octahedron;
-use crate::sampling::rng::ONE_MINUS_EPSILON;
+use crate::sampling::cumulative;
 
 /// Regions side by side, and on top of each other.
 pub(super) const COLUMNS: usize = 16;
@@ -57,13 +57,13 @@ pub(super) struct LightByRegion {
     directions: ForRegions<Directions>,
 }
 
-/// How much each region counts for a receiver.
+/// How much each region counts for a receiver: as a table, see [`cumulative::find`].
 #[derive(Clone, Debug)]
 struct Shares {
-    /// Factor by which each counts more than its light does; together with the light, the sum is 1.
-    gains: ForRegions<f32>,
-    /// Sums of both over rows.
-    rows: [f32; ROWS],
+    /// Where each row begins.
+    rows: [u32; ROWS],
+    /// Where the regions of each row begin.
+    columns: ForRegions<u32>,
 }
 
 /// What was drawn for a receiver: a region, what is left of the random numbers, and the region's gain.
@@ -76,21 +76,35 @@ pub(super) struct DrawnRegion {
 }
 
 impl Shares {
-    /// By a factor for each region, of row and column.
+    /// By a factor beside the light for each region, of row and column.
     fn new(weights: &ForRegions<f32>, factor: impl Fn(usize, usize) -> f32) -> Self {
-        let mut gains: ForRegions<f32> =
-            std::array::from_fn(|row| std::array::from_fn(|column| factor(row, column)));
-        let both = weights.as_flattened().iter().zip(gains.as_flattened());
-        let total: f32 = both.map(|(weight, factor)| weight * factor).sum();
-        for gain in gains.as_flattened_mut() {
-            *gain /= total;
-        }
-        let products = |row: usize| weights[row].iter().zip(&gains[row]).map(|(a, b)| a * b);
+        let mut sums = [0.0; ROWS];
+        let columns = std::array::from_fn(|row| {
+            let products = std::array::from_fn::<_, COLUMNS, _>(|column| {
+                f64::from(weights[row][column]) * f64::from(factor(row, column))
+            });
+            sums[row] = products.iter().sum();
+            starts(&products)
+        });
         Self {
-            rows: std::array::from_fn(|row| products(row).sum()),
-            gains,
+            rows: starts(&sums),
+            columns,
         }
     }
+
+    /// The part of all that a region is.
+    #[inline]
+    fn share(&self, row: usize, column: usize) -> f32 {
+        cumulative::share(&self.rows, row) * cumulative::share(&self.columns[row], column)
+    }
+}
+
+fn starts<const N: usize>(weights: &[f64; N]) -> [u32; N] {
+    let mut starts = [0; N];
+    for (start, of_weight) in starts.iter_mut().zip(cumulative::starts(weights)) {
+        *start = of_weight;
+    }
+    starts
 }
 
 /// The directions in a region.
@@ -195,28 +209,34 @@ impl Regions {
         &self.shares[index]
     }
 
-    /// Factor by which a region counts more than its light does.
+    /// Factor by which a region counts more than its light does; 0 where there is no light.
     #[inline]
     pub(super) fn gain(&self, [row, column]: [usize; 2], purpose: Purpose) -> f32 {
-        self.shares(purpose).gains[row][column]
+        self.gain_among(self.shares(purpose), row, column)
+    }
+
+    #[inline]
+    fn gain_among(&self, shares: &Shares, row: usize, column: usize) -> f32 {
+        let weight = self.weights[row][column];
+        // Of less, the ratio may not be a number.
+        if weight >= f32::MIN_POSITIVE {
+            shares.share(row, column) / weight
+        } else {
+            0.0
+        }
     }
 
     /// Draws a region.
     #[inline]
     pub(super) fn sample(&self, u: [f32; 2], purpose: Purpose) -> DrawnRegion {
         let shares = self.shares(purpose);
-        let (row, v) = pick(shares.rows, u[1]);
-        let (weights, gains) = (&self.weights[row], &shares.gains[row]);
-        let products = weights
-            .iter()
-            .zip(gains)
-            .map(|(weight, gain)| weight * gain);
-        let (column, u) = pick(products, u[0]);
+        let (row, v) = cumulative::find(&shares.rows, u[1]);
+        let (column, u) = cumulative::find(&shares.columns[row], u[0]);
         DrawnRegion {
             row,
             column,
             u: [u, v],
-            gain: gains[column],
+            gain: self.gain_among(shares, row, column),
         }
     }
 }
@@ -235,28 +255,4 @@ fn index_of_normal(n: Vec3A) -> usize {
 fn normal_of_index(index: usize) -> Vec3A {
     let place = [index % NORMALS, index / NORMALS];
     octahedron::fold(place.map(|i| 2.0 * (i as f32 + 0.5) / NORMALS as f32 - 1.0))
-}
-
-/// One of a few weights in proportion, by `u` in [0, 1): its index, and what is left of `u`, in [0, 1). Where there are
-/// positive weights, one of them.
-#[inline]
-pub(super) fn pick(
-    weights: impl IntoIterator<Item = f32, IntoIter: Clone>,
-    u: f32,
-) -> (usize, f32) {
-    let weights = weights.into_iter();
-    let total: f32 = weights.clone().sum();
-    let mut place = u * total;
-    let mut last = 0;
-    for (index, weight) in weights.enumerate() {
-        if weight > 0.0 {
-            if place < weight {
-                return (index, (place / weight).min(ONE_MINUS_EPSILON));
-            }
-            last = index;
-        }
-        place -= weight;
-    }
-    // Rounding has carried it past the end.
-    (last, ONE_MINUS_EPSILON)
 }

@@ -59,20 +59,18 @@ impl DensityGrid {
     fn column(&self, ray: &LatticeRay, t_max: f32, limit: f64) -> Column {
         let mut column = 0.0;
         let mut march: Option<March> = None;
-        for Segment { t0, t1, .. } in self.majorants.walk(ray.o, ray.d, t_max) {
+        let [o, d] = ray.line();
+        for Segment { t0, t1, .. } in self.majorants.walk(o, d, t_max) {
             // Empty cells are left out.
-            let mut here = match march {
-                Some(march) if march.t() == t0 => march,
-                _ => March::new(&self.lattice, ray, t0),
+            let march = match march {
+                Some(ref mut march) if march.t() == t0 => march,
+                ref mut march => march.insert(March::new(&self.lattice, ray, t0)),
             };
-            let reached = self
-                .lattice
-                .integrate(ray, &mut here, t1, &mut column, limit);
+            let reached = self.lattice.integrate(ray, march, t1, &mut column, limit);
             if let Some(piece) = reached {
                 let left = limit - column;
                 return Column::Reached { piece, left };
             }
-            march = Some(here);
         }
         Column::Below(column)
     }
@@ -425,7 +423,7 @@ impl GridMedium {
     ) -> MediumEvent {
         let length = ColumnFlight::new(self.sigma_t, self.sigma_s, beta, depth, rng);
         let flight = self.flight(ray, t_max);
-        let ray = LatticeRay::new(flight.o, flight.d);
+        let ray = LatticeRay::new(&self.density.lattice, flight.o, flight.d);
         match self.density.column(&ray, flight.t_max, length.limit()) {
             Column::Below(column) => MediumEvent::Pass {
                 weight: length.pass(column as f32),
@@ -435,6 +433,25 @@ impl GridMedium {
                 weight: length.scatter(length.limit() as f32),
             },
         }
+    }
+
+    /// Whether light is scattered alike to all sides and dimmed alike in all channels, and [`GridMedium::depth_between`] is
+    /// worth its time.
+    pub fn is_evenly_shared(&self) -> bool {
+        self.is_grey && self.integrates && self.scatters() && self.phase.g == 0.0
+    }
+
+    /// Optical depth between two places in the grid, or in the box it is confined to, in the channel of the largest
+    /// extinction.
+    pub fn depth_between(&self, a: Point3, b: Point3) -> f64 {
+        let [from, to] = [a, b].map(|p| self.lattice_from_render.transform_point3a(p.0));
+        let lattice = &self.density.lattice;
+        // They are near: cells of majorants would be more to walk through than what they leave out.
+        let ray = LatticeRay::new(lattice, from, to - from);
+        let mut column = 0.0;
+        let mut march = March::new(lattice, &ray, 0.0);
+        lattice.integrate(&ray, &mut march, 1.0, &mut column, f64::INFINITY);
+        column * f64::from((b - a).length()) * f64::from(self.sigma_t.max_component())
     }
 
     /// Exactly where voxels are thick or only absorb, by ratio tracking (Novák et al. 2014) under local majorants where
@@ -475,7 +492,7 @@ impl GridMedium {
             Some(rng) if sigma > 0.0 => (certain + f64::from(rng.exponential())) / f64::from(sigma),
             _ => f64::INFINITY,
         };
-        let ray = LatticeRay::new(flight.o, flight.d);
+        let ray = LatticeRay::new(&self.density.lattice, flight.o, flight.d);
         let Column::Below(column) = self.density.column(&ray, flight.t_max, limit) else {
             return Rgb::BLACK;
         };
@@ -579,7 +596,7 @@ mod tests {
             }
             let t_max = 0.5 + 2.0 * rng.uniform();
             let expected = quadrature(n, &values, o, d, t_max);
-            let ray = LatticeRay::new(o + 0.5, d);
+            let ray = LatticeRay::new(&grid.lattice, o + 0.5, d);
             let at = |t_max, limit| grid.column(&ray, t_max, limit);
             let Column::Below(column) = at(t_max, f64::INFINITY) else {
                 panic!("nothing reaches infinity");
@@ -761,7 +778,7 @@ mod tests {
         let n = [16_384, 6, 6];
         let grid = DensityGrid::new(n, &vec![1.0; n[0] * n[1] * n[2]]);
         let (o, d) = (Vec3A::new(-90.5, 3.3, 4.1), Vec3A::new(0.93, 1e-5, -2e-5));
-        let ray = LatticeRay::new(o + 0.5, d);
+        let ray = LatticeRay::new(&grid.lattice, o + 0.5, d);
         let Column::Below(column) = grid.column(&ray, 1e6, f64::INFINITY) else {
             panic!("nothing reaches infinity");
         };

@@ -3,9 +3,9 @@
 //! Between the planes through the lattice's points the density along a ray is a cubic polynomial: two points integrate
 //! it exactly (Gauss and Legendre), and where its integral reaches a value is found to the last digits.
 
-use glam::{BVec3A, Vec3A, Vec3Swizzles, Vec4};
+use glam::{Vec3A, Vec4, Vec4Swizzles};
 
-use crate::math::{greater, lesser};
+use crate::math::greater;
 
 /// Values at the centres of cells, and 0 around them. Places are *padded coordinates*, in which cell (i, j, k) has its
 /// centre at (i+1, j+1, k+1): the cells reach from ½ to n + ½ along each axis.
@@ -44,23 +44,38 @@ fn whole_part(q: Vec3A) -> Vec3A {
 /// A ray in the lattice.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LatticeRay {
-    pub(super) o: Vec3A,
-    pub(super) d: Vec3A,
-    inverse_d: Vec3A,
-    /// Axes along which it meets planes.
-    moves: BVec3A,
-    /// From the corner of a cube to the planes that the ray leaves it by.
-    to_exit: Vec3A,
+    o: Vec4,
+    d: Vec4,
+    /// 1 along axes of no motion.
+    inverse_d: Vec4,
+    /// From the corner of a cube to the planes that the ray leaves it by; infinitely far along axes of no motion.
+    to_exit: Vec4,
+    /// The same for the next cube along each axis.
+    to_next_exit: Vec4,
     /// From a cube to the next along each axis.
-    step: Vec3A,
+    step: Vec4,
+    /// Distances beyond which there are no planes.
+    last: Vec4,
+    /// From the values of a cube to those of the next: for each set of axes, of which the first counts 1, the second 2 and
+    /// the third 4, that along these.
+    strides: [isize; 8],
+    /// How the weights along x of [`Corners`] change with t, and those along y.
+    by_x: Vec4,
+    by_y: Vec4,
 }
 
-/// The values around a cube between lattice points, those on its near side along x and those on the far one, in the
-/// order of (y, z) = (0, 0), (1, 0), (0, 1), (1, 1).
+/// The values around a cube between lattice points, those on its near side along z and those on the far one, in the
+/// order of (x, y) = (0, 0), (1, 0), (0, 1), (1, 1).
 struct Corners {
     near: Vec4,
     far: Vec4,
 }
+
+/// How these weigh at x, y and z from the corner: `BELOW_X` + `ABOVE_X` x, `BELOW_Y` + `ABOVE_Y` y; 1 − z and z.
+const BELOW_X: Vec4 = Vec4::new(1.0, 0.0, 1.0, 0.0);
+const ABOVE_X: Vec4 = Vec4::new(-1.0, 1.0, -1.0, 1.0);
+const BELOW_Y: Vec4 = Vec4::new(1.0, 1.0, 0.0, 0.0);
+const ABOVE_Y: Vec4 = Vec4::new(-1.0, -1.0, 1.0, 1.0);
 
 /// A stretch of a ray within a cube between lattice points.
 #[derive(Clone, Copy, Debug)]
@@ -74,33 +89,52 @@ pub(super) struct Piece {
 impl LatticeRay {
     /// The ray o + t d.
     #[inline]
-    pub(super) fn new(o: Vec3A, d: Vec3A) -> Self {
+    pub(super) fn new(lattice: &Lattice, o: Vec3A, d: Vec3A) -> Self {
         let inverse_d = d.recip();
         let moves = inverse_d.abs().cmplt(Vec3A::INFINITY);
         let forward = d.cmpgt(Vec3A::ZERO);
         let step = Vec3A::select(forward, Vec3A::ONE, Vec3A::NEG_ONE);
+        let step = Vec3A::select(moves, step, Vec3A::ZERO).extend(0.0);
+        let to_exit = Vec3A::select(forward, Vec3A::ONE, Vec3A::ZERO);
+        let to_exit = Vec3A::select(moves, to_exit, Vec3A::INFINITY).extend(f32::INFINITY);
+        let inverse_d = Vec3A::select(moves, inverse_d, Vec3A::ONE);
+        // It leaves the first cube but one by its near planes, or the last but one by its far ones.
+        let last_plane = Vec3A::select(forward, lattice.n, Vec3A::ONE);
+        let [row, plane] = lattice.strides.map(|stride| stride as isize);
+        let [x, y, z, _] = step.to_array().map(|step| step as isize);
+        let (y, z) = (y * row, z * plane);
         Self {
-            o,
-            d,
-            inverse_d,
-            moves,
-            to_exit: Vec3A::select(forward, Vec3A::ONE, Vec3A::ZERO),
-            step: Vec3A::select(moves, step, Vec3A::ZERO),
+            o: o.extend(0.0),
+            d: d.extend(0.0),
+            inverse_d: inverse_d.extend(1.0),
+            to_exit,
+            to_next_exit: to_exit + step,
+            step,
+            last: ((last_plane - o) * inverse_d).extend(0.0),
+            strides: [0, x, y, x + y, z, x + z, y + z, x + y + z],
+            by_x: ABOVE_X * d.x,
+            by_y: ABOVE_Y * d.y,
         }
     }
 
+    /// Origin and direction.
     #[inline]
-    fn at(&self, t: f32) -> Vec3A {
+    pub(super) fn line(&self) -> [Vec3A; 2] {
+        [self.o, self.d].map(Vec3A::from_vec4)
+    }
+
+    #[inline]
+    fn at(&self, t: f32) -> Vec4 {
         self.o + self.d * t
     }
 
-    /// Distances at which it leaves the cube at `corner` along each axis, from the planes themselves: sums of steps would
-    /// drift. None beyond the lattice, so that no walk meets more planes than there are.
+    /// Distances of the planes `to_plane` away from a corner, from the planes themselves: sums of steps would drift. None
+    /// beyond the last, so that no walk meets more planes than there are.
     #[inline]
-    fn exits(&self, corner: Vec3A, last_corner: Vec3A) -> Vec3A {
-        let is_inside = corner.cmpge(Vec3A::ZERO) & corner.cmple(last_corner);
-        let distances = (corner + self.to_exit - self.o) * self.inverse_d;
-        Vec3A::select(self.moves & is_inside, distances, Vec3A::INFINITY)
+    fn planes(&self, corner: Vec4, to_plane: Vec4) -> Vec4 {
+        let t = (corner + to_plane - self.o) * self.inverse_d;
+        // As a maximum: a distance below 0 is as good as 0.
+        t.max(Vec4::select(t.cmpgt(self.last), Vec4::INFINITY, Vec4::ZERO))
     }
 }
 
@@ -108,26 +142,26 @@ impl Corners {
     /// Trilinear; coordinates from the corner.
     #[inline]
     fn interpolate(&self, [x, y, z]: [f32; 3]) -> f32 {
-        let rows = self.near + (self.far - self.near) * x;
-        let low = rows.x + y * (rows.y - rows.x);
-        let high = rows.z + y * (rows.w - rows.z);
-        low + z * (high - low)
+        let plane = self.near + (self.far - self.near) * z;
+        let low = plane.x + x * (plane.y - plane.x);
+        let high = plane.z + x * (plane.w - plane.z);
+        low + y * (high - low)
     }
 
-    /// Mean of what is interpolated at `middle` + `off` and `middle` − `off`.
+    /// Mean of what is interpolated on a ray `off` before and behind the place `middle`. Of products of weights, the sum
+    /// of both keeps even powers of `off`.
     #[inline]
-    fn mean_of_two(&self, middle: Vec3A, off: Vec3A) -> f32 {
-        // How the four lines weigh: (1 − y or y) (1 − z or z). Of products, the sum keeps even powers of `off`.
-        const ABOVE_Y: Vec4 = Vec4::new(-1.0, 1.0, -1.0, 1.0);
-        const ABOVE_Z: Vec4 = Vec4::new(-1.0, -1.0, 1.0, 1.0);
-        const BELOW_Y: Vec4 = Vec4::new(1.0, 0.0, 1.0, 0.0);
-        const BELOW_Z: Vec4 = Vec4::new(1.0, 1.0, 0.0, 0.0);
-        let (by_y, by_z) = (BELOW_Y + ABOVE_Y * middle.y, BELOW_Z + ABOVE_Z * middle.z);
-        let (off_y, off_z) = (ABOVE_Y * off.y, ABOVE_Z * off.z);
-        let even = by_y * by_z + off_y * off_z;
-        let odd = by_y * off_z + by_z * off_y;
-        let sum = self.near * even + (self.far - self.near) * (even * middle.x + odd * off.x);
-        (sum.x + sum.z) + (sum.y + sum.w)
+    fn mean_of_two(&self, ray: &LatticeRay, middle: Vec4, off: f32) -> f32 {
+        let (x, y) = (
+            BELOW_X + ABOVE_X * middle.xxxx(),
+            BELOW_Y + ABOVE_Y * middle.yyyy(),
+        );
+        let square = Vec4::splat(off * off);
+        let even = x * y + ray.by_x * ray.by_y * square;
+        let odd = (x * ray.by_y + y * ray.by_x) * ray.d.zzzz() * square;
+        let sum = self.near * even + (self.far - self.near) * (even * middle.zzzz() + odd);
+        let pairs = sum + sum.zwxy();
+        pairs.x + pairs.y
     }
 }
 
@@ -198,18 +232,38 @@ impl Lattice {
         largest
     }
 
+    /// Where the values around the cube at `corner` begin.
     #[inline]
-    fn corners(&self, corner: Vec3A) -> Corners {
+    fn index(&self, corner: Vec3A) -> usize {
         let digits = corner + WHOLE;
         let whole = |c: f32| (c.to_bits() & WHOLE_DIGITS) as usize;
-        let (x, y, z) = (whole(digits.x), whole(digits.y), whole(digits.z));
         let [row, plane] = self.strides;
-        let base = z * plane + y * row + x;
-        let line = |offset: usize| &self.padded[base + offset..][..2];
-        let (v0, v1, v2, v3) = (line(0), line(row), line(plane), line(plane + row));
+        whole(digits.z) * plane + whole(digits.y) * row + whole(digits.x)
+    }
+
+    /// The values around the cube that begin at `index`, or 0 where there is none.
+    #[inline]
+    fn corners(&self, index: usize) -> Corners {
+        // So small that the compiler knows of no sum that overflows.
+        let [row, plane] = self.strides.map(|stride| stride & (usize::MAX >> 2));
+        let from_here = self.padded.get(index..);
+        let Some(values) = from_here.and_then(|values| values.get(..plane + row + 2)) else {
+            return Corners {
+                near: Vec4::ZERO,
+                far: Vec4::ZERO,
+            };
+        };
+        let pairs = |first: usize, second: usize| {
+            Vec4::new(
+                values[first],
+                values[first + 1],
+                values[second],
+                values[second + 1],
+            )
+        };
         Corners {
-            near: Vec4::new(v0[0], v1[0], v2[0], v3[0]),
-            far: Vec4::new(v0[1], v1[1], v2[1], v3[1]),
+            near: pairs(0, row),
+            far: pairs(plane, plane + row),
         }
     }
 
@@ -218,19 +272,8 @@ impl Lattice {
     pub(super) fn density(&self, place: Vec3A) -> f32 {
         let q = place.clamp(Vec3A::splat(0.5), self.n + 0.5);
         let corner = whole_part(q);
-        self.corners(corner).interpolate((q - corner).to_array())
-    }
-
-    /// Integral of the density over a stretch.
-    #[inline]
-    fn column(&self, ray: &LatticeRay, piece: &Piece) -> f64 {
-        let (middle, half) = (0.5 * (piece.t0 + piece.t1), 0.5 * (piece.t1 - piece.t0));
-        // Rounding may put a place outside the cube.
-        let place = (ray.at(middle) - piece.corner).clamp(Vec3A::ZERO, Vec3A::ONE);
-        let mean = self
-            .corners(piece.corner)
-            .mean_of_two(place, ray.d * (POINT * half));
-        f64::from(2.0 * half * greater(mean, 0.0))
+        let corners = self.corners(self.index(corner));
+        corners.interpolate((q - corner).to_array())
     }
 
     /// Goes on to `t1`, adding the density to `column`, but no further than to the stretch in which that exceeds `limit`:
@@ -244,22 +287,37 @@ impl Lattice {
         column: &mut f64,
         limit: f64,
     ) -> Option<Piece> {
+        march.border.w = t1;
         while march.t < t1 {
-            let piece = march.next(ray, self.n, t1);
-            let longer = *column + self.column(ray, &piece);
+            // Distances may be too coarse to tell planes apart: then the stretch has no length.
+            let nearest = march.nearest();
+            let (begin, end) = (march.t, greater(nearest.x, march.t));
+            let (middle, half) = (0.5 * (begin + end), 0.5 * (end - begin));
+            // Rounding may put a place outside the cube.
+            let place = (ray.at(middle) - march.corner).clamp(Vec4::ZERO, Vec4::ONE);
+            let corners = self.corners(march.index);
+            let mean = corners.mean_of_two(ray, place, POINT * half);
+            let longer = *column + f64::from((end - begin) * greater(mean, 0.0));
             // Nothing is reached where there is nothing, not even 0. Infinity is not exceeded.
             if longer > limit {
-                return Some(piece);
+                return Some(Piece {
+                    t0: begin,
+                    t1: end,
+                    corner: march.corner.truncate().into(),
+                });
             }
             *column = longer;
+            march.t = end;
+            march.cross(ray, nearest);
         }
         None
     }
 
     /// The distance in a stretch at which the integral of the density from its beginning reaches `column`, or its end.
     pub(super) fn reach(&self, ray: &LatticeRay, piece: &Piece, column: f64) -> f32 {
-        let corners = self.corners(piece.corner);
-        let [a, b] = [piece.t0, piece.t1].map(|t| (ray.at(t) - piece.corner).to_array());
+        let corners = self.corners(self.index(piece.corner));
+        let [a, b] =
+            [piece.t0, piece.t1].map(|t| (Vec3A::from_vec4(ray.at(t)) - piece.corner).to_array());
         let at = |x: f32, y: f32, z: f32| f64::from(corners.interpolate([x, y, z]).max(0.0));
         // The density along the stretch in Bernstein form: the means of its polar form.
         let third = 1.0 / 3.0;
@@ -324,24 +382,29 @@ pub(super) fn solve_integral(density: [f64; 4], target: f64) -> f64 {
 #[derive(Clone, Debug)]
 pub(super) struct March {
     t: f32,
-    corner: Vec3A,
-    /// Distances of the planes ahead.
-    border: Vec3A,
+    corner: Vec4,
+    /// Where its values begin.
+    index: usize,
+    /// Distances of the planes ahead, and at last of the end of the stretch.
+    border: Vec4,
     /// Distances of the planes behind those: the next step need not wait for them.
-    beyond: Vec3A,
+    beyond: Vec4,
 }
 
 impl March {
     /// At the distance `t0`, where the ray is inside the cells.
     #[inline]
     pub(super) fn new(lattice: &Lattice, ray: &LatticeRay, t0: f32) -> Self {
-        let start = ray.at(t0).clamp(Vec3A::splat(0.5), lattice.n + 0.5);
+        let start = Vec3A::from_vec4(ray.at(t0)).clamp(Vec3A::splat(0.5), lattice.n + 0.5);
         let corner = whole_part(start);
+        let index = lattice.index(corner);
+        let corner = corner.extend(0.0);
         Self {
             t: t0,
             corner,
-            border: ray.exits(corner, lattice.n),
-            beyond: ray.exits(corner + ray.step, lattice.n),
+            index,
+            border: ray.planes(corner, ray.to_exit),
+            beyond: ray.planes(corner, ray.to_next_exit),
         }
     }
 
@@ -351,22 +414,21 @@ impl March {
         self.t
     }
 
-    /// The next stretch before `t1`, perhaps of no length; `t1` is ahead. Corners are up to `last_corner`.
+    /// The least of all distances ahead, in all lanes.
     #[inline]
-    fn next(&mut self, ray: &LatticeRay, last_corner: Vec3A, t1: f32) -> Piece {
-        let nearest = self.border.min(self.border.yzx()).min(self.border.zxy());
-        // Distances may be too coarse to tell planes apart: then the stretch has no length.
-        let end = greater(lesser(nearest.x, t1), self.t);
-        let piece = Piece {
-            t0: self.t,
-            t1: end,
-            corner: self.corner.clamp(Vec3A::ZERO, last_corner),
-        };
-        let crossed = self.border.cmple(nearest) & self.border.cmple(Vec3A::splat(t1));
-        self.border = Vec3A::select(crossed, self.beyond, self.border);
-        self.corner += Vec3A::select(crossed, ray.step, Vec3A::ZERO);
-        self.beyond = ray.exits(self.corner + ray.step, last_corner);
-        self.t = end;
-        piece
+    fn nearest(&self) -> Vec4 {
+        let pairs = self.border.min(self.border.zwxy());
+        pairs.min(pairs.yxwz())
+    }
+
+    /// Crosses the planes at the distance `nearest`.
+    #[inline]
+    fn cross(&mut self, ray: &LatticeRay, nearest: Vec4) {
+        let crossed = self.border.cmple(nearest);
+        self.border = Vec4::select(crossed, self.beyond, self.border);
+        self.corner += Vec4::select(crossed, ray.step, Vec4::ZERO);
+        self.beyond = ray.planes(self.corner, ray.to_next_exit);
+        let axes = crossed.bitmask() as usize & 7;
+        self.index = self.index.wrapping_add_signed(ray.strides[axes]);
     }
 }

@@ -5,6 +5,7 @@
 mod bidirectional;
 mod memory;
 mod mlt;
+mod sharing;
 mod silhouettes;
 mod sppm;
 mod strategies;
@@ -13,7 +14,7 @@ use std::collections::BTreeMap;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Condvar, Mutex, MutexGuard, PoisonError};
 
-use crate::camera::{Camera, CameraRay, CameraSample};
+use crate::camera::{Camera, CameraRay, CameraSample, RayDifferential};
 use crate::film::{Film, FilmBlock, FilmDesc};
 use crate::image::{Image, PixelRect};
 use crate::integrator::bdpt::Strategy;
@@ -25,6 +26,7 @@ use crate::spectrum::Rgb;
 use crate::world::World;
 use bidirectional::Bidirectional;
 use mlt::Metropolis;
+use sharing::Sharing;
 use silhouettes::Silhouettes;
 
 /// Samples of a pixel taken in one pass over the picture. Part of the order of addition: changing it changes the
@@ -190,6 +192,7 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         Some(shared) if shared.needs_full_frame() => Film::blocks_of(film.full_sample_bounds()),
         _ => Film::blocks_of(bounds),
     };
+    let sharing = Sharing::new(job, &film);
     let n_passes = job.spp.div_ceil(SAMPLES_PER_PASS) as usize;
     let task = |index: usize| {
         let first_sample = (index / blocks.len()) as u32 * SAMPLES_PER_PASS;
@@ -212,7 +215,7 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
         run: |index| {
             let result = match &bidirectional {
                 Some(shared) => shared.render_block(&task(index)),
-                None => render_block(job, &task(index)),
+                None => render_block(job, sharing.as_ref(), &task(index)),
             };
             tally.add(result.report.samples);
             result
@@ -389,9 +392,21 @@ impl RenderReport {
     }
 }
 
-fn render_block(job: &Job, task: &Task) -> BlockResult {
+fn render_block(job: &Job, sharing: Option<&Sharing>, task: &Task) -> BlockResult {
     let mut film = job.film.start_block(task.block);
     let mut report = RenderReport::default();
+    match sharing {
+        Some(sharing) => sharing.render(task, &mut film, &mut report),
+        None => take_samples(job, task, &mut film, &mut report),
+    }
+    BlockResult {
+        film,
+        strategies: Vec::new(),
+        report,
+    }
+}
+
+fn take_samples(job: &Job, task: &Task, film: &mut FilmBlock, report: &mut RenderReport) {
     let block = task.block;
     let silhouettes = Silhouettes::find(job, block, &mut report.counters);
     for y in block.y0..block.y0 + block.height as i32 {
@@ -406,17 +421,12 @@ fn render_block(job: &Job, task: &Task) -> BlockResult {
             for sample in task.first_sample..task.first_sample + task.n_samples {
                 report.samples += 1;
                 let counters = &mut report.counters;
-                if !render_sample(job, pixel, sample, is_split, &mut film, counters) {
+                if !render_sample(job, pixel, sample, is_split, film, counters) {
                     report.bad_samples += 1;
                     report.first_bad_sample.get_or_insert((pixel, sample));
                 }
             }
         }
-    }
-    BlockResult {
-        film,
-        strategies: Vec::new(),
-        report,
     }
 }
 
@@ -496,6 +506,31 @@ pub fn retake(job: &Job, pixel: [i32; 2], sample: u32, observer: &mut impl Obser
     take_sample(job, pixel, sample, &mut Counters::default(), observer)
 }
 
+/// Draws the camera ray of a sample and hands it to `follow`, with its footprint and the numbers that are left. Where the
+/// sample is on the film and, unless nothing passes the lens, what the camera multiplies it by and what was found.
+fn trace_camera_ray<T>(
+    job: &Job,
+    pixel: [i32; 2],
+    sample: u32,
+    follow: impl FnOnce(Ray, Option<&RayDifferential>, &mut Sampler) -> T,
+) -> ([f64; 2], Option<(f32, T)>) {
+    let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
+    let camera_sample = camera_sample(job, pixel, &mut sampler);
+    let followed = job
+        .camera
+        .ray(&camera_sample)
+        .map(|CameraRay { ray, weight }| {
+            let differential = job.world.facts().needs_footprint.then(|| {
+                // The footprint shrinks with the number of samples, as in pbrt-v3.
+                job.camera
+                    .differential(&camera_sample, 1.0 / f64::from(job.spp).sqrt())
+            });
+            let found = follow(ray, differential.flatten().as_ref(), &mut sampler);
+            (weight, found)
+        });
+    (camera_sample.raster, followed)
+}
+
 fn take_sample(
     job: &Job,
     pixel: [i32; 2],
@@ -503,34 +538,24 @@ fn take_sample(
     counters: &mut Counters,
     observer: &mut impl Observer,
 ) -> Taken {
-    let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
-    let camera_sample = camera_sample(job, pixel, &mut sampler);
-    let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
+    let (raster, followed) = trace_camera_ray(job, pixel, sample, |ray, differential, sampler| {
+        let (world, integrator) = (&job.world, &job.integrator);
+        let radiance = integrator.li(world, ray, differential, sampler, counters, observer);
+        (ray, radiance)
+    });
+    match followed {
+        Some((weight, (ray, radiance))) => Taken {
+            raster,
+            radiance,
+            weight,
+            ray: Some(ray),
+        },
         // Nothing passes the lens here: black, and as much a sample as any other.
-        return Taken {
-            raster: camera_sample.raster,
+        None => Taken {
+            raster,
             radiance: Rgb::BLACK,
             weight: 1.0,
             ray: None,
-        };
-    };
-    let differential = job.world.facts().needs_footprint.then(|| {
-        // The footprint shrinks with the number of samples, as in pbrt-v3.
-        job.camera
-            .differential(&camera_sample, 1.0 / f64::from(job.spp).sqrt())
-    });
-    let radiance = job.integrator.li(
-        &job.world,
-        ray,
-        differential.flatten().as_ref(),
-        &mut sampler,
-        counters,
-        observer,
-    );
-    Taken {
-        raster: camera_sample.raster,
-        radiance,
-        weight,
-        ray: Some(ray),
+        },
     }
 }

@@ -21,8 +21,7 @@ const ENTRIES_PER_STRETCH: usize = 4;
 impl Cumulative {
     /// From weights that are finite and not negative; without any, the last entry is always drawn.
     pub fn new(weights: &[f64]) -> Self {
-        let mut starts = Vec::with_capacity(weights.len());
-        push_starts(weights, &mut starts);
+        let starts: Vec<u32> = starts(weights).collect();
         let n_stretches = (weights.len() / ENTRIES_PER_STRETCH)
             .next_power_of_two()
             .max(1);
@@ -61,14 +60,14 @@ impl Cumulative {
     }
 }
 
-/// Appends where each of some weights begins, in units of 2⁻³² of their sum: what [`find`] looks through. As for
+/// Where each of some weights begins, in units of 2⁻³² of their sum: what [`find`] looks through. As for
 /// [`Cumulative::new`].
-pub fn push_starts(weights: &[f64], starts: &mut Vec<u32>) {
+pub fn starts(weights: &[f64]) -> impl Iterator<Item = u32> {
     let total: f64 = weights.iter().sum();
     let n_positive = weights.iter().filter(|w| **w > 0.0).count();
     let units = 4_294_967_296.0 - n_positive as f64;
     let (mut sum, mut n_before) = (0.0, 0u32);
-    starts.extend(weights.iter().map(|&weight| {
+    weights.iter().map(move |&weight| {
         let share = if total > 0.0 {
             (sum / total * units) as u32
         } else {
@@ -78,7 +77,13 @@ pub fn push_starts(weights: &[f64], starts: &mut Vec<u32>) {
         let start = share.saturating_add(n_before);
         n_before += u32::from(weight > 0.0);
         start
-    }));
+    })
+}
+
+/// The part of the unit interval that an entry is.
+#[inline]
+pub fn share(starts: &[u32], index: usize) -> f32 {
+    length(starts, index) as f32 * 2f32.powi(-32)
 }
 
 /// The entry at `u` in [0, 1) among a few, and how far into it `u` lies, in [0, 1): without a guide, which for less than
@@ -93,12 +98,17 @@ pub fn find(starts: &[u32], u: f32) -> (usize, f32) {
 /// How far into an entry `x` lies.
 #[inline]
 fn rest(starts: &[u32], index: usize, x: u32) -> f32 {
-    let begin = i64::from(starts[index]);
+    let rest = (x - starts[index]) as f32 / length(starts, index) as f32;
+    rest.min(ONE_MINUS_EPSILON)
+}
+
+/// The length of an entry in units of 2⁻³².
+#[inline]
+fn length(starts: &[u32], index: usize) -> u64 {
     let end = starts
         .get(index + 1)
-        .map_or(1 << 32, |&start| i64::from(start));
-    let rest = (i64::from(x) - begin) as f32 / (end - begin) as f32;
-    rest.min(ONE_MINUS_EPSILON)
+        .map_or(1 << 32, |&start| u64::from(start));
+    end - u64::from(starts[index])
 }
 
 #[cfg(test)]

@@ -1,8 +1,8 @@
 //! Warps of the unit square to the domains of light transport, each with its density.
 
-use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4, PI};
+use std::f32::consts::{FRAC_1_PI, FRAC_PI_2, FRAC_PI_4};
 
-use crate::math::Vec3;
+use crate::math::{Vec3, sin_cos_of_turns};
 
 /// A point of the unit disk, area-uniform, that keeps strata compact (Shirley and Chiu 1997).
 #[inline]
@@ -41,7 +41,7 @@ pub fn cosine_hemisphere_pdf(cos_theta: f32) -> f32 {
 pub fn uniform_sphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - 2.0 * u[0];
     let r = 2.0 * (u[0] * (1.0 - u[0])).sqrt(); // sin θ without 1 − z².
-    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+    let (sin, cos) = sin_cos_of_turns(u[1]);
     Vec3::new(r * cos, r * sin, z)
 }
 
@@ -53,7 +53,7 @@ pub const UNIFORM_SPHERE_PDF: f32 = 0.25 * FRAC_1_PI;
 pub fn uniform_hemisphere(u: [f32; 2]) -> Vec3 {
     let z = 1.0 - u[0];
     let r = (u[0] * (2.0 - u[0])).sqrt(); // sin θ without 1 − z².
-    let (sin, cos) = (2.0 * PI * u[1]).sin_cos();
+    let (sin, cos) = sin_cos_of_turns(u[1]);
     Vec3::new(r * cos, r * sin, z)
 }
 

@@ -368,6 +368,17 @@ impl<'a> Bsdf<'a> {
         Some(Normal3(if n.dot(wo) < 0.0 { -n.0 } else { n.0 }))
     }
 
+    /// Roughly what part of the light all lobes together scatter, of the channel with the most.
+    #[inline]
+    pub fn importance(&self, wo: Vec3) -> f32 {
+        let wo = self.frame.to_local(wo);
+        let lobes = self.lobes.iter();
+        let all: Rgb = lobes
+            .map(|lobe| lobe.scale * lobe.bxdf.importance(wo))
+            .sum();
+        all.max_component()
+    }
+
     /// Whether any lobe is diffuse.
     #[inline]
     pub fn has_diffuse(&self) -> bool {

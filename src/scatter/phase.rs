@@ -2,7 +2,7 @@
 
 use std::f32::consts::PI;
 
-use crate::math::{Frame, Vec3};
+use crate::math::{Frame, Vec3, sin_cos_of_turns};
 
 /// Henyey and Greenstein 1941. `g` is the mean cosine between the directions of travel before and after; positive
 /// scatters forward. In [−1, 1], where ±1 goes straight on or straight back.
@@ -50,7 +50,7 @@ impl HenyeyGreenstein {
         let ratio = (1.0 - a) / ((1.0 - a) + 2.0 * a * rest);
         let one_minus_cos = (2.0 * u[0] * ratio * ratio * (1.0 + a * rest)).min(2.0);
         let sin = (one_minus_cos * (2.0 - one_minus_cos)).sqrt();
-        let (sin_phi, cos_phi) = (2.0 * PI * u[1]).sin_cos();
+        let (sin_phi, cos_phi) = sin_cos_of_turns(u[1]);
         let frame = Frame::from_z(peak);
         let wi =
             frame.s * (sin * cos_phi) + frame.t * (sin * sin_phi) + peak * (1.0 - one_minus_cos);

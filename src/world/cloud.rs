@@ -114,6 +114,17 @@ impl World {
             .is_some_and(|cloud| cloud.is_clear && cloud.medium == medium)
     }
 
+    /// The cloud, if what a path finds beyond a collision in it depends on the place of that alone: it scatters evenly, no
+    /// surface and no moment makes a difference, and what comes through between two places is known.
+    #[inline]
+    pub fn shared_cloud(&self) -> Option<&GridMedium> {
+        let cloud = self.cloud.filter(|cloud| cloud.is_clear)?;
+        match self.medium(cloud.medium) {
+            Medium::Grid(grid) if !self.facts().has_motion && grid.is_evenly_shared() => Some(grid),
+            _ => None,
+        }
+    }
+
     /// The nearest surface that is no wall.
     #[inline]
     pub fn closest_past_walls(&self, ray: &Ray) -> Option<Hit> {

@@ -81,6 +81,31 @@ fn a_log_names_media_and_shows_every_kind_of_event() {
 }
 
 #[test]
+fn a_log_tells_all_ways_of_a_split_path() {
+    let room = Room::new();
+    let bright = "Material \"matte\" \"rgb Kd\" [0.5 0.5 0.5] Shape \"sphere\" \"float radius\" 0.5\n\
+                  Material \"matte\" \"rgb Kd\" [9 9 9] Shape \"sphere\" \"float radius\" 9\n";
+    let scene = ball("WorldEnd", &format!("{bright}WorldEnd"));
+    room.put("bright.pbrt", &scene);
+    let options = "--spp 1 bright.pbrt";
+    room.run(options).ends_with(0);
+    let picture = room.picture("ball.exr").image;
+    let mut log = String::new();
+    for x in 0..64 {
+        let run = room.run(&format!("{options} --pixel {x},24")).ends_with(0);
+        assert_eq!(
+            picture.pixel(x, 24),
+            radiance(&run.stdout),
+            "{}",
+            run.stdout
+        );
+        log += &run.stdout;
+    }
+    assert!(log.contains("ways, one after the other"), "{log}");
+    assert!(log.contains("another way from ("), "{log}");
+}
+
+#[test]
 fn the_command_line_of_a_report_replays_the_bad_sample() {
     let room = Room::new();
     room.put("a b.pbrt", include_str!("lossy.pbrt"));

@@ -14,6 +14,7 @@ mod furnace;
 mod multiple_scattering;
 mod nebula;
 mod points_in_fog;
+mod sharing;
 mod single_scattering;
 mod skies;
 mod transmittance;

@@ -13,12 +13,12 @@ use crate::solids::{V, homogeneous, null_box, null_sphere, seen_by};
 
 const FILM: &str =
     "Film \"image\" \"integer xresolution\" 1 \"integer yresolution\" 1\nPixelFilter \"box\"\n";
-const SKY: &str = "AttributeBegin Rotate 40 1 2 3 LightSource \"infinite\" \"string mapname\" \"sky.pfm\" AttributeEnd\n";
+pub(crate) const SKY: &str = "AttributeBegin Rotate 40 1 2 3 LightSource \"infinite\" \"string mapname\" \"sky.pfm\" AttributeEnd\n";
 const EYE: V = [0.13, 0.21, -5.0];
 const AHEAD: V = [0.0, 0.0, 1.0];
 
 /// A sky with a bright part, each half of it of its own colour.
-fn map() -> Vec<u8> {
+pub(crate) fn map() -> Vec<u8> {
     let (width, height) = (32, 16);
     let mut file = format!("PF\n{width} {height}\n-1\n").into_bytes();
     for i in 0..width * height {

@@ -1,0 +1,163 @@
+//! Paths in a cloud that share what they find: the same pictures as by paths alone, with less noise.
+
+use std::sync::atomic::AtomicBool;
+
+use tyndall::compile::CompileOptions;
+use tyndall::image::Image;
+use tyndall::integrator::trace::Unobserved;
+use tyndall::render::{Job, Unwatched, render, retake};
+
+use crate::nebula::Nebula;
+use crate::scene::compile_scene;
+use crate::seen::{environment, seen_by};
+use crate::skies::{SKY, map};
+use crate::solids::null_box;
+
+const SIZE: usize = 12;
+const SPP: u32 = 4;
+
+/// A cloud in a box above a floor, under `sky`; `film` goes on with the film's directive.
+fn job(film: &str, sky: &str, fov: f64) -> Job {
+    let cloud =
+        Nebula::ragged([9, 8, 10], [-1.0; 3], [1.0; 3]).medium("cloud", [0.2; 3], [4.0; 3], 0.0);
+    let wall = null_box([-1.0; 3], [1.0; 3], "cloud", "");
+    let floor = "AttributeBegin Translate 0 -2 0 Rotate 90 1 0 0 Shape \"disk\" \"float radius\" 4 AttributeEnd\n";
+    let world = format!("{sky}{cloud}{wall}{floor}");
+    let seen = seen_by("volpath", 6, [0.13, 0.21, -3.0], [0.0, 0.0, 1.0], &world);
+    let lens = format!("Camera \"perspective\" \"float fov\" {fov}");
+    let seen = seen.replace("Camera \"perspective\"", &lens);
+    let text = format!(
+        "Sampler \"02sequence\" \"integer pixelsamples\" {SPP}\n\
+         Film \"image\" \"integer xresolution\" {SIZE} \"integer yresolution\" {SIZE} {film}\n{seen}"
+    );
+    let read = |name: &str| (name == "sky.pfm").then(map);
+    compile_scene(text, &CompileOptions::default(), read).job
+}
+
+fn picture(job: &Job) -> Image {
+    render(job, &Unwatched, &AtomicBool::new(false)).image
+}
+
+/// By paths that do not know of each other. The film's filter is a box.
+fn alone(job: &Job) -> Vec<f64> {
+    let pixels = (0..SIZE as i32).flat_map(|y| (0..SIZE as i32).map(move |x| [x, y]));
+    let mean = |pixel: [i32; 2]| {
+        let mut sum = [0.0; 3];
+        for sample in 0..SPP {
+            let taken = retake(job, pixel, sample, &mut Unobserved);
+            for (sum, c) in sum.iter_mut().zip(taken.radiance.to_array()) {
+                *sum += f64::from(c) * f64::from(taken.weight) / f64::from(SPP);
+            }
+        }
+        sum
+    };
+    pixels.flat_map(mean).collect()
+}
+
+/// Mean over standard error, and variance.
+fn standardised(values: impl Iterator<Item = f64> + Clone) -> (f64, f64) {
+    let n = values.clone().count() as f64;
+    let mean = values.clone().sum::<f64>() / n;
+    let variance = values.map(|v| (v - mean).powi(2)).sum::<f64>() / (n - 1.0);
+    (mean / (variance / n).sqrt(), variance)
+}
+
+/// Pictures of a job by paths that share, and by the same paths alone, for so many seeds.
+fn pairs(mut job: Job, n_seeds: u64) -> Vec<[Vec<f64>; 2]> {
+    let of_seed = |seed: u64| {
+        job.seed = seed;
+        let shared = picture(&job).data().iter().map(|&c| f64::from(c)).collect();
+        [shared, alone(&job)]
+    };
+    (0..n_seeds).map(of_seed).collect()
+}
+
+#[test]
+fn sharing_changes_no_pixel_on_average() {
+    for (what, fov) in [("from afar", 90.0), ("close up", 12.0)] {
+        let pictures = pairs(job("PixelFilter \"box\"", SKY, fov), 400);
+        let of_pixel = |k: usize| standardised(pictures.iter().map(move |[a, b]| a[k] - b[k])).0;
+        let worst = (0..SIZE * SIZE * 3)
+            .map(|k| of_pixel(k).abs())
+            .fold(0.0, f64::max);
+        assert!(
+            worst < 5.0,
+            "{what}: a pixel is {worst} standard errors off"
+        );
+        // Of the whole picture, with an error planted.
+        let whole = |planted: f64| {
+            let off = |[a, b]: &[Vec<f64>; 2]| -> f64 {
+                a.iter().zip(b).map(|(a, b)| a * (1.0 + planted) - b).sum()
+            };
+            standardised(pictures.iter().map(off)).0.abs()
+        };
+        assert!(
+            whole(0.0) < 4.0,
+            "{what}: {} standard errors off",
+            whole(0.0)
+        );
+        assert!(whole(0.01) > 4.0, "{what}: a hundredth would not be seen");
+    }
+}
+
+#[test]
+fn sharing_takes_noise_away_where_paths_scatter_close_to_each_other() {
+    let pictures = pairs(job("PixelFilter \"box\"", &environment([1.0; 3]), 12.0), 50);
+    let variance = |which: usize| -> f64 {
+        let of_pixel = |k: usize| standardised(pictures.iter().map(move |pair| pair[which][k])).1;
+        (0..SIZE * SIZE * 3).map(of_pixel).sum()
+    };
+    let left = variance(0) / variance(1);
+    assert!(left < 0.8, "{left} of the noise is left");
+}
+
+#[test]
+fn who_shares_depends_on_neither_crop_window_nor_pixel_bounds_nor_threads() {
+    let whole = job("PixelFilter \"gaussian\"", SKY, 40.0);
+    let picture_of_whole = picture(&whole);
+    let one = rayon::ThreadPoolBuilder::new()
+        .num_threads(1)
+        .build()
+        .expect("a pool");
+    assert_eq!(
+        one.install(|| picture(&whole)).data(),
+        picture_of_whole.data()
+    );
+
+    let cropped = job(
+        "\"float cropwindow\" [.25 .75 .5 1] PixelFilter \"gaussian\"",
+        SKY,
+        40.0,
+    );
+    let crop = cropped.film.crop;
+    let picture_of_crop = picture(&cropped);
+    for y in 0..crop.height {
+        let line = |image: &Image, x: usize, y: usize| {
+            let first = (y * image.width() + x) * 3;
+            image.data()[first..first + 3 * crop.width].to_vec()
+        };
+        let (x0, y0) = (crop.x0 as usize, crop.y0 as usize);
+        assert_eq!(
+            line(&picture_of_crop, 0, y),
+            line(&picture_of_whole, x0, y0 + y),
+            "line {y}"
+        );
+    }
+
+    let mut bounded = job("PixelFilter \"box\"", SKY, 40.0);
+    let picture_of_all = picture(&bounded);
+    let pixels = tyndall::image::PixelRect {
+        x0: 3,
+        y0: 5,
+        width: 4,
+        height: 6,
+    };
+    bounded.pixel_bounds = Some(pixels);
+    let picture_within = picture(&bounded);
+    for k in 0..SIZE * SIZE {
+        let is_within = pixels.holds([(k % SIZE) as i32, (k / SIZE) as i32]);
+        let [all, within] =
+            [&picture_of_all, &picture_within].map(|image| &image.data()[3 * k..][..3]);
+        assert_eq!(within, if is_within { all } else { &[0.0; 3] }, "pixel {k}");
+    }
+}
