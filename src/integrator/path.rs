@@ -8,7 +8,8 @@
 //! | `integer[4] pixelbounds` | film | pixels that are rendered |
 //!
 //! The integrand is pbrt-v3's. The estimator differs: the continuation of the path serves as the second half of
-//! multiple importance sampling, so that each vertex costs one shadow ray. Russian roulette waits until that half has
+//! multiple importance sampling, so that each vertex costs one shadow ray, but for
+//! the first in a cloud. Russian roulette waits until that half has
 //! found its light; from the second scattering on it is played when little is left, whatever the number of bounces. Where
 //! surfaces send on more than they receive, paths are split.
 
@@ -691,14 +692,15 @@ impl<O: Observer> State<'_, O> {
             time: self.ray.time,
         };
         // What is found at first is no other path's to share: it is looked for twice, at places far apart.
+        // That depends on the world alone, so that it makes no difference who follows the path.
         let n_lights = if self.may_be_joined && self.bounces == 0 {
             2
         } else {
             1
         };
-        let share = 1.0 / n_lights as f32;
+        let per_light = 1.0 / n_lights as f32;
         for k in 0..n_lights {
-            let shift = k as f32 * share;
+            let shift = k as f32 * per_light;
             let u_light = (u_light + f64::from(shift)).fract();
             let u = u.map(|u| (u + shift).fract());
             let medium = self.medium;
@@ -709,10 +711,10 @@ impl<O: Observer> State<'_, O> {
                 let density = phase.p(wo, sample.wi);
                 let weight = match fog {
                     Some(fog) if sample.is_delta => fog.weight_by_extinction(t, p, light, pmf),
-                    _ => sample.weight(density * share),
+                    _ => sample.weight(density * per_light),
                 };
                 let f = Rgb::splat(density);
-                self.add_light::<true>(&sample, f, weight * share, medium);
+                self.add_light::<true>(&sample, f, weight * per_light, medium);
             }
         }
         let (wi, pdf_w) = phase.sample(wo, self.sampler.get_2d());
@@ -721,7 +723,7 @@ impl<O: Observer> State<'_, O> {
             Origin::Certain
         } else {
             // Beside so many samples of lights.
-            let pdf_w = pdf_w * share;
+            let pdf_w = pdf_w * per_light;
             Origin::Drawn { at, pdf_w }
         };
         self.ray = Ray {

@@ -147,6 +147,8 @@ const SHORT: usize = 128;
 /// Distance, in lengths of the grid, from which on rays begin at the grid: up to there places within lose no more than
 /// the last six of their 24 digits.
 const NEAR: f32 = 64.0;
+/// The same in voxels: up to there numbers of f32 tell halves of voxels apart.
+const NEAR_VOXELS: f32 = 4_194_304.0;
 /// Voxels per unit of render space whose sums might not be numbers of f32 any more.
 const LARGEST_SCALE: f64 = 1e37;
 /// Largest optical depth of a voxel in which collisions are drawn by dice.
@@ -170,7 +172,7 @@ impl GridMedium {
             Affine3A::from_mat3_translation(affine.matrix3.as_mat3(), affine.translation.as_vec3());
         let largest = affine.matrix3.to_cols_array().map(f64::abs).into_iter();
         let near = if largest.fold(0.0, f64::max) < LARGEST_SCALE {
-            density.lattice.size() * NEAR
+            (density.lattice.size() * NEAR).min(Vec3A::splat(NEAR_VOXELS))
         } else {
             Vec3A::NEG_ONE
         };
@@ -451,7 +453,9 @@ impl GridMedium {
         let mut column = 0.0;
         let mut march = March::new(lattice, &ray, 0.0);
         lattice.integrate(&ray, &mut march, 1.0, &mut column, f64::INFINITY);
-        column * f64::from((b - a).length()) * f64::from(self.sigma_t.max_component())
+        // In clouds that are next to nothing beside their scene, f32 has no squares of lengths.
+        let length = (b.0 - a.0).as_dvec3().length();
+        column * length * f64::from(self.sigma_t.max_component())
     }
 
     /// Exactly where voxels are thick or only absorb, by ratio tracking (Novák et al. 2014) under local majorants where

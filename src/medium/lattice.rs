@@ -156,9 +156,10 @@ impl Corners {
             BELOW_X + ABOVE_X * middle.xxxx(),
             BELOW_Y + ABOVE_Y * middle.yyyy(),
         );
-        let square = Vec4::splat(off * off);
-        let even = x * y + ray.by_x * ray.by_y * square;
-        let odd = (x * ray.by_y + y * ray.by_x) * ray.d.zzzz() * square;
+        // Of the length of a voxel at most: neither d nor t alone need be, and their squares may be no numbers.
+        let (off_x, off_y, off_z) = (ray.by_x * off, ray.by_y * off, ray.d.zzzz() * off);
+        let even = x * y + off_x * off_y;
+        let odd = (x * off_y + y * off_x) * off_z;
         let sum = self.near * even + (self.far - self.near) * (even * middle.zzzz() + odd);
         let pairs = sum + sum.zwxy();
         pairs.x + pairs.y

@@ -173,6 +173,29 @@ fn flights_in_voxels_of_any_size_end_at_numbers() {
 }
 
 #[test]
+fn voxels_of_any_size_dim_alike_where_they_are_as_thick() {
+    let transmittance = |size: f64, d: Vec3A| {
+        let place = [DVec3::splat(-0.5 * size), DVec3::splat(size)];
+        let sigma = [Rgb::BLACK, Rgb::splat((1.0 / size) as f32)];
+        let medium = boxed([2; 3], &[1.0; 8], place, DAffine3::IDENTITY, sigma);
+        let tr = medium.transmittance(&along(Vec3A::ZERO, d), f32::INFINITY, &mut Rng::new(6));
+        f64::from(tr.max_component())
+    };
+    let slanted = Vec3A::new(0.48, -0.6, 0.64);
+    for d in [Vec3A::X, Vec3A::new(0.6, 0.0, -0.8), slanted] {
+        let expected = transmittance(1.0, d);
+        assert!((0.3..0.9).contains(&expected), "{d}: {expected}");
+        for size in [1e-30, 1e-24, 1e-18, 1e18, 1e24, 1e30] {
+            let tr = transmittance(size, d);
+            assert!(
+                (tr / expected - 1.0).abs() < 1e-5,
+                "{size}, {d}: {tr} for {expected}"
+            );
+        }
+    }
+}
+
+#[test]
 fn rates_that_overflow_do_not_throw_dice_without_an_end() {
     // Behind voxels of nothing, within the same bound, collisions at an infinite rate would never get on.
     let edge = 5e-38;

@@ -79,7 +79,7 @@ pub struct RenderReport {
     pub bad_samples: u64,
     /// Pixel and sample number of the first of them, in merge order.
     pub first_bad_sample: Option<([i32; 2], u32)>,
-    /// Events of the inner loop.
+    /// Events of the inner loop; with those of paths that were followed for others to share.
     pub counters: Counters,
     /// The search for paths that carry light, before anything was rendered, found none.
     pub found_no_light: bool,
@@ -501,7 +501,8 @@ impl Taken {
     }
 }
 
-/// Takes one sample of a pixel again, as [`render`] does, and tells the observer how it comes about.
+/// Takes one sample of a pixel again, as [`render`] does, and tells the observer how it comes about. Where paths in a cloud
+/// share what they find, this one keeps its own.
 pub fn retake(job: &Job, pixel: [i32; 2], sample: u32, observer: &mut impl Observer) -> Taken {
     take_sample(job, pixel, sample, &mut Counters::default(), observer)
 }

@@ -18,7 +18,7 @@ use crate::integrator::path::{Found, Path};
 use crate::integrator::trace::Unobserved;
 use crate::math::{Frame, Point3, Ray, Vec3};
 use crate::medium::GridMedium;
-use crate::render::{Job, RenderReport, Task, trace_camera_ray};
+use crate::render::{Job, RenderReport, Task, overlap, trace_camera_ray};
 use crate::spectrum::Rgb;
 
 /// Edge length of a tile in pixels.
@@ -88,6 +88,9 @@ impl<'a> Sharing<'a> {
         let mut members = Vec::new();
         for y in starts(block.y0, ends[1]) {
             for x in starts(block.x0, ends[0]) {
+                if !self.is_asked_for([x, y]) {
+                    continue;
+                }
                 samples.clear();
                 members.clear();
                 self.follow(
@@ -106,6 +109,21 @@ impl<'a> Sharing<'a> {
                 }
             }
         }
+    }
+
+    /// Whether any pixel of the tile is to be rendered, as far as pixel bounds go.
+    fn is_asked_for(&self, [x0, y0]: [i32; 2]) -> bool {
+        let (width, height) = (TILE as usize, TILE as usize);
+        let tile = PixelRect {
+            x0,
+            y0,
+            width,
+            height,
+        };
+        self.job.pixel_bounds.is_none_or(|bounds| {
+            let (width, height) = overlap(&tile, &bounds);
+            width > 0 && height > 0
+        })
     }
 
     fn is_wanted(&self, sample: &Followed, block: &PixelRect) -> bool {
@@ -215,7 +233,7 @@ impl<'a> Sharing<'a> {
     /// `second`.
     fn density(&self, first: Point3, second: Point3) -> f64 {
         let depth = self.cloud.depth_between(first, second);
-        (-depth).exp() / f64::from((second - first).length_squared())
+        (-depth).exp() / (second.0 - first.0).as_dvec3().length_squared()
     }
 }
 
