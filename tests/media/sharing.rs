@@ -86,10 +86,10 @@ fn alone(job: &Job) -> Vec<f64> {
     let pixels = (0..SIZE as i32).flat_map(|y| (0..SIZE as i32).map(move |x| [x, y]));
     let mean = |pixel: [i32; 2]| {
         let mut sum = [0.0; 3];
-        for sample in 0..SPP {
+        for sample in 0..job.spp {
             let taken = retake(job, pixel, sample, &mut Unobserved);
             for (sum, c) in sum.iter_mut().zip(taken.radiance.to_array()) {
-                *sum += f64::from(c) * f64::from(taken.weight) / f64::from(SPP);
+                *sum += f64::from(c) * f64::from(taken.weight) / f64::from(job.spp);
             }
         }
         sum
@@ -147,17 +147,29 @@ fn sharing_changes_no_pixel_on_average() {
             sky: lamp.to_owned(),
             ..Case::new("under a point light")
         },
+        // With so few samples far from each other, a wrong density would tell.
+        Case {
+            sky: lamp.to_owned(),
+            fov: 90.0,
+            spp: 1,
+            ..Case::new("far apart")
+        },
     ];
     for case in cases {
         let what = case.what;
-        let pictures = pairs(case.job("PixelFilter \"box\""), 400);
+        let n_seeds = 1600 / u64::from(case.spp);
+        let pictures = pairs(case.job("PixelFilter \"box\""), n_seeds);
         let of_pixel = |k: usize| standardised(pictures.iter().map(move |[a, b]| a[k] - b[k])).0;
-        let worst = (0..SIZE * SIZE * 3)
-            .map(|k| of_pixel(k).abs())
-            .fold(0.0, f64::max);
+        let off: Vec<f64> = (0..SIZE * SIZE * 3).map(of_pixel).collect();
+        let worst = off.iter().fold(0.0, |worst: f64, t| worst.max(t.abs()));
         assert!(
             worst < 5.0,
             "{what}: a pixel is {worst} standard errors off"
+        );
+        let squares = off.iter().map(|t| t * t).sum::<f64>() / off.len() as f64;
+        assert!(
+            squares < 1.5,
+            "{what}: pixels are off by {squares} in the mean of squares"
         );
         // Of the whole picture, with an error planted.
         let whole = |planted: f64| {
