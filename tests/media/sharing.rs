@@ -160,7 +160,14 @@ fn sharing_changes_no_pixel_on_average() {
         let n_seeds = 1600 / u64::from(case.spp);
         let pictures = pairs(case.job("PixelFilter \"box\""), n_seeds);
         let of_pixel = |k: usize| standardised(pictures.iter().map(move |[a, b]| a[k] - b[k])).0;
-        let off: Vec<f64> = (0..SIZE * SIZE * 3).map(of_pixel).collect();
+        // Where the cloud is not, both are the same.
+        let off = (0..SIZE * SIZE * 3).map(of_pixel);
+        let off: Vec<f64> = off.filter(|t| !t.is_nan()).collect();
+        assert!(
+            off.len() > SIZE * SIZE / 2,
+            "{what}: {} are compared",
+            off.len()
+        );
         let worst = off.iter().fold(0.0, |worst: f64, t| worst.max(t.abs()));
         assert!(
             worst < 5.0,
