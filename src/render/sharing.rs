@@ -60,7 +60,7 @@ struct Member {
 }
 
 impl<'a> Sharing<'a> {
-    /// `None` if there is nothing to share. `frame` are the pixels that samples are taken in without a crop window.
+    /// `None` if there is nothing to share.
     pub(super) fn new(job: &'a Job, film: &Film) -> Option<Self> {
         let path = job.integrator.volumetric()?;
         let cloud = job.world.shared_cloud()?;
