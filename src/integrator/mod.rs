@@ -132,9 +132,7 @@ impl Integrator {
     ) -> Rgb {
         match self {
             Self::Path(path) => {
-                let found =
-                    path.li::<false, _>(world, ray, differential, sampler, counters, observer);
-                found.total()
+                path.li::<false, _>(world, ray, differential, sampler, counters, observer)
             }
             // Without media, null surfaces and shadow masks the two are the same, and the simpler one is faster.
             Self::VolPath(path)
@@ -142,14 +140,10 @@ impl Integrator {
                     && !world.facts().has_null_surfaces
                     && !world.facts().has_shadow_holes =>
             {
-                let found =
-                    path.li::<false, _>(world, ray, differential, sampler, counters, observer);
-                found.total()
+                path.li::<false, _>(world, ray, differential, sampler, counters, observer)
             }
             Self::VolPath(path) => {
-                let found =
-                    path.li::<true, _>(world, ray, differential, sampler, counters, observer);
-                found.total()
+                path.li::<true, _>(world, ray, differential, sampler, counters, observer)
             }
             Self::Sppm(sppm) => {
                 let path = sppm.camera_path(world, ray, differential, sampler, counters);

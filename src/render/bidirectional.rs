@@ -162,8 +162,7 @@ impl<'a> Bidirectional<'a> {
                     let is_sampled = self.is_wanted([x, y]) && self.sampled.holds([x, y]);
                     report.samples += u64::from(is_sampled);
                     if !self.render_sample([x, y], sample, is_sampled, &mut tracer, &mut canvas) {
-                        report.bad_samples += 1;
-                        report.first_bad_sample.get_or_insert(([x, y], sample));
+                        report.leave_out([x, y], sample);
                     }
                 }
             }

@@ -383,6 +383,12 @@ impl Schedule {
 }
 
 impl RenderReport {
+    /// Counts a sample whose radiance is none.
+    fn leave_out(&mut self, pixel: [i32; 2], sample: u32) {
+        self.bad_samples += 1;
+        self.first_bad_sample.get_or_insert((pixel, sample));
+    }
+
     fn add(&mut self, other: &Self) {
         self.samples += other.samples;
         self.bad_samples += other.bad_samples;
@@ -422,8 +428,7 @@ fn take_samples(job: &Job, task: &Task, film: &mut FilmBlock, report: &mut Rende
                 report.samples += 1;
                 let counters = &mut report.counters;
                 if !render_sample(job, pixel, sample, is_split, film, counters) {
-                    report.bad_samples += 1;
-                    report.first_bad_sample.get_or_insert((pixel, sample));
+                    report.leave_out(pixel, sample);
                 }
             }
         }

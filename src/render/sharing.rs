@@ -137,10 +137,7 @@ impl<'a> Sharing<'a> {
         if self.job.can_be(sample.found.total()) && self.job.can_be(radiance) {
             film.add_sample(&self.job.film, sample.raster, radiance, sample.weight);
         } else {
-            report.bad_samples += 1;
-            report
-                .first_bad_sample
-                .get_or_insert((sample.pixel, sample.sample));
+            report.leave_out(sample.pixel, sample.sample);
         }
     }
 
@@ -158,7 +155,7 @@ impl<'a> Sharing<'a> {
         for pixel in pixels.filter(|&pixel| self.frame.holds(pixel)) {
             for sample in task.first_sample..task.first_sample + task.n_samples {
                 let follow = |ray: Ray, differential: Option<&_>, sampler: &mut _| {
-                    let found = self.path.li::<true, _>(
+                    let found = self.path.find::<true, _>(
                         &self.job.world,
                         ray,
                         differential,

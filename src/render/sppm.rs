@@ -248,8 +248,7 @@ impl Pass<'_> {
         if is_last {
             let is_good = pixel.conclude(job, path.radiance * weight, beta);
             if !is_good {
-                report.bad_samples += 1;
-                report.first_bad_sample.get_or_insert((place, iteration));
+                report.leave_out(place, iteration);
             }
         }
     }

@@ -233,7 +233,7 @@ pub(crate) const ROWS: [Row; 114] = [
     row("V18", 2, Held, "a point light in thin fog", "infinite variance", "the error falls with the root of the samples: distances are drawn by the angle the light sees them under, too. Grids, and `bdpt`, draw them by extinction alone; the mean is right",
         &["tests/media/points_in_fog.rs::v18_the_error_next_to_a_point_light_falls_with_the_root_of_the_samples", "tests/media/points_in_fog.rs::v18_the_error_falls_where_light_scatters_often", "tests/media/points_in_fog.rs::light_of_a_point_next_to_the_ray_is_scattered_as_the_integral_says"]),
     row("V19", 2, Held, "coincident boundaries", "right", "right anywhere; crossings are bounded and counted",
-        &["tests/media/boundaries.rs::v19_coincident_boundaries_are_one_boundary", "tests/media/boundaries.rs::v19_boundaries_within_one_medium_change_nothing", "src/integrator/path.rs::v19_nested_null_surfaces_are_passed_as_often_as_they_are_met", "src/world/media.rs::v19_shadow_rays_that_cross_more_than_there_is_are_black_and_counted"]),
+        &["tests/media/boundaries.rs::v19_coincident_boundaries_are_one_boundary", "tests/media/boundaries.rs::v19_boundaries_within_one_medium_change_nothing", "src/integrator/path/mod.rs::v19_nested_null_surfaces_are_passed_as_often_as_they_are_met", "src/world/media.rs::v19_shadow_rays_that_cross_more_than_there_is_are_black_and_counted"]),
     row("V20", 2, Held, "negative coefficients", "black", "located error, 0",
         &["tests/hazards/media.rs::v20_negative_coefficients_are_errors_and_count_as_0"]),
     row("V21", 3, Held, "an eye on a boundary", "either side, by rounding", "one side for all directions",
