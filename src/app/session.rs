@@ -28,6 +28,10 @@ use crate::integrator::bdpt::Strategy;
 
 /// Bytes that a pixel takes while it is encoded.
 const ENCODED_BYTES_PER_PIXEL: u128 = 12;
+/// Address space that a thread takes to start: its stack, and some for what it does first.
+const THREAD_ROOM: usize = 9 << 18;
+/// Threads that are asked about at most: they should all be short of room only where there is hardly any.
+const MANY_THREADS: usize = 64;
 
 /// A run in progress.
 pub(super) struct Session<'a> {
@@ -174,12 +178,22 @@ impl<'a> Session<'a> {
     }
 
     fn start_threads(&mut self) -> Result<(), Stop> {
+        let n_threads = match self.plan.n_threads {
+            0 => std::thread::available_parallelism().map_or(1, usize::from),
+            n_threads => n_threads,
+        };
+        let stop = |this: &mut Self, error: &dyn std::fmt::Display| {
+            let why = format!("cannot start {n_threads} threads: {error}");
+            this.stop("no-threads", None, why)
+        };
+        // A thread that starts, and then finds no memory to begin with, panics where nobody can catch it.
+        let mut room: Vec<u8> = Vec::new();
+        room.try_reserve_exact(n_threads.min(MANY_THREADS) * THREAD_ROOM)
+            .map_err(|error| stop(self, &error))?;
+        drop(std::hint::black_box(room));
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.plan.n_threads);
         // The global pool: whatever asks for threads gets these.
-        pool.build_global().map_err(|error| {
-            let why = format!("cannot start {} threads: {error}", self.plan.n_threads);
-            self.stop("no-threads", None, why)
-        })?;
+        pool.build_global().map_err(|error| stop(self, &error))?;
         self.report.threads = rayon::current_num_threads();
         Ok(())
     }
