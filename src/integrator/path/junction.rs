@@ -10,7 +10,7 @@ use crate::spectrum::Rgb;
 pub struct Found {
     /// Radiance it brings along, but for what it finds from a [`Junction::second`] collision on.
     pub radiance: Rgb,
-    /// Its first collisions in a cloud that [can be shared](World::shared_cloud).
+    /// Its first collisions in a cloud that [can be shared](crate::world::World::shared_cloud).
     pub junction: Option<Junction>,
 }
 
