@@ -50,6 +50,8 @@ id! {
     MediumId,
     /// A texture among those of its value type.
     TextureId,
+    /// A Ptex file.
+    PtexId,
     /// Geometry that instances share.
     ObjectId,
     /// A placement of an object.

@@ -56,10 +56,12 @@ pub(super) enum Mask {
     Texture(TextureRef),
 }
 
-/// Reads a shape; `overridden` is its material's plugin where its list may hold parameters for it.
+/// Reads a shape; `overridden` is its material's plugin where its list may hold parameters for it. Numbers of faces are
+/// kept where a texture may look them up.
 pub(super) fn read_shape(
     shape: &mut ShapeEntity,
     overridden: Option<PluginRef>,
+    keeps_faces: bool,
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
 ) -> Option<ReadShape> {
@@ -77,11 +79,11 @@ pub(super) fn read_shape(
         "hyperboloid" => Some(Local::Form(quadrics::hyperboloid(&mut p))),
         "trianglemesh" => {
             masks = read_masks(&mut p);
-            triangle_mesh(&mut p).map(Local::Mesh)
+            triangle_mesh(&mut p, keeps_faces).map(Local::Mesh)
         }
         "plymesh" => {
             masks = read_masks(&mut p);
-            ply_mesh(&mut p, assets).map(Local::Mesh)
+            ply_mesh(&mut p, keeps_faces, assets).map(Local::Mesh)
         }
         "loopsubdiv" => surfaces::subdivision(&mut p).map(Local::Mesh),
         "heightfield" => surfaces::heightfield(&mut p).map(Local::Mesh),
@@ -122,19 +124,19 @@ fn read_masks(p: &mut ParamReader) -> Masks {
     }
 }
 
-fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
+fn triangle_mesh(p: &mut ParamReader, keeps_faces: bool) -> Option<Mesh> {
     let (positions, indices) = (p.take_point3s("P"), p.take_ints("indices"));
     let (positions_span, indices_span) = (p.span("P"), p.span("indices"));
     let (positions, indices) = (positions?, indices?);
     let n = positions.len();
     let triangles = checked_triangles(p, &indices, indices_span, n)?;
-    // Only Ptex, which is not rendered, looks a face up.
-    let faces = p.take_ints("faceIndices").map_or(0, |faces| faces.len());
-    if faces != 0 && faces != triangles.len() {
-        let n = triangles.len();
-        let message = format!("{n} triangles need {n} values of \"faceIndices\", not {faces}");
+    let mut faces = p.take_ints("faceIndices").unwrap_or_default();
+    if !faces.is_empty() && faces.len() != triangles.len() {
+        let (n, given) = (triangles.len(), faces.len());
+        let message = format!("{n} triangles need {n} values of \"faceIndices\", not {given}");
         let span = p.span("faceIndices");
         p.report(Diagnostic::error("value-count", span, message).with_label("not used"));
+        faces.clear();
     }
     let matching = |name: &str, count: usize, p: &mut ParamReader| {
         let fits = count == n;
@@ -178,11 +180,18 @@ fn triangle_mesh(p: &mut ParamReader) -> Option<Mesh> {
             normals,
             tangents,
             uvs,
+            faces: kept_faces(faces, keeps_faces),
             ..Mesh::default()
         },
         positions_span,
         p,
     ))
+}
+
+/// Numbers of faces where they may be looked up. Negative ones are no faces, nor are their large counterparts.
+fn kept_faces(faces: Vec<i32>, keeps_faces: bool) -> Vec<u32> {
+    let kept = if keeps_faces { faces } else { Vec::new() };
+    kept.into_iter().map(|face| face as u32).collect()
 }
 
 /// Indices in threes, if all are below `n_vertices`.
@@ -211,8 +220,10 @@ fn drop_non_finite(mut mesh: Mesh, span: Span, p: &mut ParamReader) -> Mesh {
     let is_finite = |v: &[f32; 3]| v.iter().all(|c| c.is_finite());
     if let Some(first) = mesh.positions.iter().position(|v| !is_finite(v)) {
         let positions = &mesh.positions;
-        mesh.triangles
-            .retain(|t| t.iter().all(|&v| is_finite(&positions[v as usize])));
+        let is_kept = |t: &[u32; 3]| t.iter().all(|&v| is_finite(&positions[v as usize]));
+        let mut triangles = mesh.triangles.iter();
+        mesh.faces.retain(|_| triangles.next().is_some_and(is_kept));
+        mesh.triangles.retain(is_kept);
         let message =
             format!("vertex {first} has a position that is not finite: its triangles are left out");
         p.report(Diagnostic::warning("bad-vertex", span, message));
@@ -220,7 +231,7 @@ fn drop_non_finite(mut mesh: Mesh, span: Span, p: &mut ParamReader) -> Mesh {
     mesh
 }
 
-fn ply_mesh(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
+fn ply_mesh(p: &mut ParamReader, keeps_faces: bool, assets: &dyn Assets) -> Option<Mesh> {
     let file = p.file("filename")?;
     let bytes = match assets.read(&file) {
         Ok(bytes) => bytes,
@@ -236,8 +247,8 @@ fn ply_mesh(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
             normals,
             uvs,
             triangles,
+            face_indices,
             warnings,
-            ..
         }) => {
             for warning in warnings {
                 let message = format!("{}: {warning}", file.value);
@@ -248,6 +259,7 @@ fn ply_mesh(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
                 triangles,
                 normals,
                 uvs,
+                faces: kept_faces(face_indices, keeps_faces),
                 ..Mesh::default()
             })
         }

@@ -13,6 +13,7 @@ pub mod metrics;
 pub mod mip;
 mod openexr;
 mod pfm;
+pub mod ptex;
 mod raster;
 pub mod repair;
 pub mod resample;

@@ -19,6 +19,7 @@ pub fn texture_context(
         duv_dy: [0.0; 2],
         dp_dx: Vec3::ZERO,
         dp_dy: Vec3::ZERO,
+        face: surface.face,
     };
     let Some(differential) = differential else {
         return ctx;

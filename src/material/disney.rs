@@ -246,6 +246,7 @@ mod tests {
             duv_dy: [0.0; 2],
             dp_dx: Vec3::ZERO,
             dp_dy: Vec3::ZERO,
+            face: 0,
         };
         let textures = Textures::default();
         let at = Inputs {

@@ -438,6 +438,7 @@ impl Curves {
             tangent: Vec3::from_f64(dpdu),
             dndu: Vec3::ZERO,
             dndv: Vec3::ZERO,
+            face: 0,
         }
     }
 

@@ -25,6 +25,9 @@ pub struct Mesh {
     pub tangents: Vec<[f32; 3]>,
     /// Surface parameters of each vertex, or nothing.
     pub uvs: Vec<[f32; 2]>,
+    /// Number of each triangle's face among those of a Ptex file, or nothing, which is face 0. Only where such a file
+    /// may be looked up.
+    pub faces: Vec<u32>,
     /// `ReverseOrientation` was on.
     pub reverse_orientation: bool,
     /// The winding shows the back: the transform from object to render space mirrors where pbrt-v3 heeds it.
@@ -42,6 +45,7 @@ impl Default for Mesh {
             normals: Vec::new(),
             tangents: Vec::new(),
             uvs: Vec::new(),
+            faces: Vec::new(),
             reverse_orientation: false,
             flip_face: false,
             unit: 1.0,
@@ -232,6 +236,7 @@ impl Mesh {
             tangent: Vec3::from_f64(tangent),
             dndu: Vec3::from_f64(dndu),
             dndv: Vec3::from_f64(dndv),
+            face: self.faces.get(triangle as usize).copied().unwrap_or(0),
         }
     }
 

@@ -99,6 +99,8 @@ pub struct SurfacePoint {
     pub dndu: Vec3,
     /// Derivative of the shading normal by `v`.
     pub dndv: Vec3,
+    /// Number of the face among those of a Ptex file: see [`Mesh::faces`].
+    pub face: u32,
 }
 
 impl SurfacePoint {
@@ -137,6 +139,7 @@ impl SurfacePoint {
             tangent: vector(self.tangent),
             dndu: derivative(self.dndu),
             dndv: derivative(self.dndv),
+            face: self.face,
         }
     }
 }

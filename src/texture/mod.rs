@@ -1,7 +1,7 @@
 //! Textures: values that vary over surfaces. Knows images and mappings, no materials and no files.
 //!
 //! One file for each class of the scene format. Scalar and colour textures share their shape: what differs between
-//! them is [`Value`]. Class `constant` is [`Source::Constant`]; class `ptex` is not read.
+//! them is [`Value`]. Class `constant` is [`Source::Constant`].
 
 pub mod bilerp;
 pub mod checkerboard;
@@ -13,14 +13,16 @@ pub mod marble;
 pub mod mix;
 pub mod noise;
 mod permutation;
+pub mod ptex;
 pub mod scale;
 pub mod uv;
 mod value;
 pub mod windy;
 pub mod wrinkled;
 
-use crate::ids::{ImageId, TextureId};
+use crate::ids::{ImageId, PtexId, TextureId};
 use crate::image::mip::MipMap;
+use crate::image::ptex::Ptex;
 use crate::math::{Point3, Vec3};
 use crate::spectrum::Rgb;
 pub use bilerp::Bilerp;
@@ -31,6 +33,7 @@ pub use imagemap::{Filter, ImageTexture};
 pub use mapping::{Mapping2, Mapping3, UvMapping};
 pub use marble::Marble;
 pub use mix::Mix;
+pub use ptex::PtexTexture;
 pub use scale::Scale;
 pub use uv::Uv;
 pub use value::Value;
@@ -52,10 +55,12 @@ pub struct TextureContext {
     pub dp_dx: Vec3,
     /// Change of `p` from one pixel to the next below.
     pub dp_dy: Vec3,
+    /// Number of the face among those of a Ptex file.
+    pub face: u32,
 }
 
 impl TextureContext {
-    /// A point without a footprint: the finest detail.
+    /// A point of face 0 without a footprint: the finest detail.
     pub fn at_point(p: Point3, uv: [f32; 2]) -> Self {
         Self {
             p,
@@ -64,6 +69,7 @@ impl TextureContext {
             duv_dy: [0.0; 2],
             dp_dx: Vec3::ZERO,
             dp_dy: Vec3::ZERO,
+            face: 0,
         }
     }
 }
@@ -94,6 +100,8 @@ pub enum Texture<V> {
     Bilerp(Bilerp<V>),
     /// Image.
     Image(ImageTexture),
+    /// An image for each face.
+    Ptex(PtexTexture),
     /// Squares.
     Checkerboard2(Checkerboard2<V>),
     /// Cubes.
@@ -138,6 +146,7 @@ pub struct Textures {
     spectrum: Arena<Rgb>,
     /// Already linear and scaled, bottom row first.
     images: Vec<MipMap>,
+    ptex: Vec<Ptex>,
 }
 
 impl Default for Textures {
@@ -155,6 +164,7 @@ impl Textures {
             float: Arena::default(),
             spectrum: Arena::default(),
             images: Vec::new(),
+            ptex: Vec::new(),
         }
     }
 
@@ -176,6 +186,13 @@ impl Textures {
     pub fn add_image(&mut self, image: MipMap) -> ImageId {
         self.images.push(image);
         ImageId::new(self.images.len() - 1)
+    }
+
+    /// Adds a Ptex file of one or three channels.
+    pub fn add_ptex(&mut self, file: Ptex) -> PtexId {
+        debug_assert!(matches!(file.channels(), 1 | 3));
+        self.ptex.push(file);
+        PtexId::new(self.ptex.len() - 1)
     }
 
     /// Value of a scalar input.
@@ -220,6 +237,7 @@ impl<V: Value> Texture<V> {
             Self::Mix(mix) => mix.evaluate(ctx, textures),
             Self::Bilerp(bilerp) => bilerp.evaluate(ctx),
             Self::Image(image) => image.evaluate(textures.image(image.image), ctx),
+            Self::Ptex(ptex) => ptex.evaluate(&textures.ptex[ptex.file.index()], ctx),
             Self::Checkerboard2(board) => board.evaluate(ctx, textures),
             Self::Checkerboard3(board) => board.evaluate(ctx, textures),
             Self::Dots(dots) => dots.evaluate(ctx, textures),
@@ -242,7 +260,7 @@ impl<V: Value> Texture<V> {
             }
             Self::Checkerboard3(board) => any(&board.fields),
             Self::Dots(dots) => any(&[dots.ground, dots.dot]),
-            Self::Image(_) | Self::Fbm(_) | Self::Wrinkled(_) => true,
+            Self::Image(_) | Self::Ptex(_) | Self::Fbm(_) | Self::Wrinkled(_) => true,
             Self::Windy(_) | Self::Marble(_) => true,
         }
     }

@@ -17,6 +17,9 @@ pub trait Value: Texel + Mul<Output = Self> + PartialEq + Sized {
     /// From a colour; a number takes its luminance.
     fn from_rgb(rgb: Rgb) -> Self;
 
+    /// From a colour; a number takes the mean of the channels.
+    fn from_mean(rgb: Rgb) -> Self;
+
     /// Whether every channel is finite.
     fn is_finite(self) -> bool;
 
@@ -46,6 +49,11 @@ impl Value for f32 {
         rgb.luminance()
     }
 
+    #[inline]
+    fn from_mean(rgb: Rgb) -> Self {
+        rgb.mean()
+    }
+
     fn is_finite(self) -> bool {
         self.is_finite()
     }
@@ -70,6 +78,11 @@ impl Value for Rgb {
 
     #[inline]
     fn from_rgb(rgb: Rgb) -> Self {
+        rgb
+    }
+
+    #[inline]
+    fn from_mean(rgb: Rgb) -> Self {
         rgb
     }
 

@@ -22,6 +22,7 @@ pub(crate) fn uv(u: f32, v: f32) -> TextureContext {
         duv_dy: [0.0; 2],
         dp_dx: Vec3::ZERO,
         dp_dy: Vec3::ZERO,
+        face: 0,
     }
 }
 

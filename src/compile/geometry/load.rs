@@ -71,8 +71,10 @@ pub(in crate::compile) fn load(
             start..n_placed
         })
         .collect();
+    let keeps_faces = (frame.textures.iter()).any(|texture| texture.entity.kind.value == "ptex");
     let mut read = |entities: Vec<ShapeEntity>| {
-        read_all(entities, &frame.materials, times, assets, diagnostics)
+        let materials = &frame.materials;
+        read_all(entities, materials, times, keeps_faces, assets, diagnostics)
     };
     let shapes = read(std::mem::take(&mut frame.shapes));
     let objects = frame
@@ -100,6 +102,7 @@ fn read_all(
     entities: Vec<ShapeEntity>,
     materials: &[MaterialEntity],
     times: [f64; 2],
+    keeps_faces: bool,
     assets: &dyn Assets,
     diagnostics: &mut Diagnostics,
 ) -> Vec<LocalShape> {
@@ -110,7 +113,13 @@ fn read_all(
             let overridden = entity.private_material.as_ref().and_then(|_| {
                 Family::Material.find(&materials[entity.material.0 as usize].entity.kind.value)
             });
-            let read = read_shape(&mut entity, overridden, assets, &mut diagnostics);
+            let read = read_shape(
+                &mut entity,
+                overridden,
+                keeps_faces,
+                assets,
+                &mut diagnostics,
+            );
             let shape = read.and_then(|ReadShape { local, masks }| {
                 let (pair, span) = (entity.world_from_object, entity.entity.span);
                 let world_from_object = placement(pair, times, span, &mut diagnostics)?;

@@ -2,20 +2,20 @@
 //!
 //! Every class reads all its parameters first and builds its inputs after that, and only those that can be seen.
 
-use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::diagnostic::Diagnostics;
 use tyndall_parser::schema::PluginRef;
 
 use crate::compile::reader::{ParamReader, Textured};
+use crate::compile::textures::TextureBuilder;
 use crate::compile::textures::images::{Loaded, WrittenImage};
 use crate::compile::textures::kind::Kind;
 use crate::compile::textures::mappings::{self, WrittenMapping};
-use crate::compile::textures::{INSTEAD, TextureBuilder};
 use crate::describe::description::TextureEntity;
 use crate::image::mip::Wrap;
 use crate::texture::noise::Octaves;
 use crate::texture::{
     Bilerp, Checkerboard2, Checkerboard3, Dots, Fbm, Filter, ImageTexture, Mapping2, Mapping3,
-    Marble, Mix, Scale, Smoothing, Source, Texture, Uv, Windy, Wrinkled,
+    Marble, Mix, PtexTexture, Scale, Smoothing, Source, Texture, Uv, Windy, Wrinkled,
 };
 
 /// One `Texture` directive while it is built.
@@ -72,10 +72,7 @@ impl TextureBuilder<'_> {
                 Some(self.add(Texture::Uv(Uv { mapping })))
             }
             "marble" => self.marble(from),
-            "ptex" => {
-                refuse_ptex(from);
-                None
-            }
+            "ptex" => Some(self.ptex(from)),
             name => unreachable!("the schema's texture class {name} is not built"),
         }
     }
@@ -173,6 +170,15 @@ impl TextureBuilder<'_> {
                 mapping,
                 filter,
             }))),
+        }
+    }
+
+    fn ptex<V: Kind>(&mut self, from: &mut Directive) -> Source<V> {
+        let (file, gamma) = from.read(|p| (p.file("filename"), p.float("gamma")));
+        // What cannot be looked up is black.
+        match file.and_then(|file| self.ptex_file(&file, from.diagnostics)) {
+            Some(file) => self.add(Texture::Ptex(PtexTexture { file, gamma })),
+            None => Source::Constant(V::ZERO),
         }
     }
 
@@ -279,20 +285,4 @@ fn written_image(p: &mut ParamReader) -> Option<WrittenImage> {
         scale,
         wrap,
     })
-}
-
-/// Ptex files are a format of their own, which is not read.
-fn refuse_ptex(from: &mut Directive) {
-    let kind = from.entity.entity.kind.span;
-    let file = from.read(|p| p.file("filename"));
-    let (span, name) = match &file {
-        Some(file) => (file.span, format!("\"{}\"", file.value)),
-        None => (kind, "the file".to_owned()),
-    };
-    let message = format!("cannot read {name}: Ptex files are not supported");
-    from.diagnostics.push(
-        Diagnostic::error("unsupported", span, message)
-            .with_label(INSTEAD)
-            .with_help("an \"imagemap\" shows PNG, TGA, JPEG, HDR, PFM and EXR files"),
-    );
 }

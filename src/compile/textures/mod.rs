@@ -6,6 +6,7 @@ mod images;
 mod kind;
 mod mappings;
 mod nesting;
+mod ptex;
 #[cfg(test)]
 mod tests;
 
@@ -18,6 +19,7 @@ use crate::compile::lookup;
 use crate::compile::reader::{SpectrumValue, Textured};
 use crate::compile::space::RenderSpace;
 use crate::describe::description::{Frame, TextureEntity, TextureRef};
+use crate::ids::PtexId;
 use crate::spectrum::Rgb;
 use crate::texture::{FloatSource, Source, SpectrumSource, Textures};
 use classes::Directive;
@@ -51,6 +53,9 @@ pub(super) struct TextureBuilder<'a> {
     nesting: Vec<Nesting>,
     float: Memo<f32>,
     spectrum: Memo<Rgb>,
+    /// Ptex files by their names; `None` for those that cannot be shown.
+    ptex_files: HashMap<String, Option<PtexId>>,
+    ptex_bytes_left: u64,
     textures: Textures,
     space: RenderSpace,
     assets: &'a dyn Assets,
@@ -64,6 +69,8 @@ impl<'a> TextureBuilder<'a> {
             entities,
             float: Memo::default(),
             spectrum: Memo::default(),
+            ptex_files: HashMap::new(),
+            ptex_bytes_left: ptex::BYTES_MAX,
             textures: Textures::new(space.scale() as f32),
             space: *space,
             assets,

@@ -46,7 +46,7 @@ pub(super) fn of(entities: &[TextureEntity]) -> Vec<Nesting> {
         let mut own = Nesting {
             depth: 1,
             visits: 1,
-            reads_image: entity.kind.value == "imagemap",
+            reads_image: matches!(entity.kind.value.as_str(), "imagemap" | "ptex"),
         };
         let inputs = entity.textures.iter().flat_map(|b| [b.float, b.spectrum]);
         for TextureRef(input) in inputs.flatten() {

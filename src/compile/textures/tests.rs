@@ -107,6 +107,7 @@ impl<V: Kind> Outcome<V> {
             duv_dy: [0.0; 2],
             dp_dx: Vec3::ZERO,
             dp_dy: Vec3::ZERO,
+            face: 0,
         };
         self.textures
             .evaluate(self.source.expect("it was built"), &ctx)

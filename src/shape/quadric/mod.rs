@@ -232,6 +232,7 @@ impl Quadric {
             tangent: dpdu,
             dndu: normal(at.dndu),
             dndv: normal(at.dndv),
+            face: 0,
         }
     }
 
