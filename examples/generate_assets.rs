@@ -7,6 +7,7 @@
 //! - `amber/knot.ply`: a torus knot.
 //! - `hair/tuft.pbrt`: wavy strands that hang from a bar.
 //! - `textures/sign.png`: an arrow that tells up from down and left from right.
+//! - `textures/cube.ptx`: a cube for Ptex, each side of another resolution and colour.
 //! - `curves/grass.pbrt`: a tuft of blades.
 //! - `leaves/leaf.png`: the outline of a leaf, 0 outside.
 //! - `lights/slide.png`: a picture that tells its sides apart.
@@ -19,6 +20,7 @@ use glam::{DVec3, IVec3};
 use tyndall::image::Image;
 use tyndall::image::codec::{ImageFile, Precision, encode};
 use tyndall::sampling::rng::mix_bits;
+use tyndall_test_support::ptex::{self, DataType, PtexWriter};
 
 fn main() -> Result<(), Box<dyn std::error::Error>> {
     let folder = Path::new("assets/pbrt-v3-scenes-subset");
@@ -29,6 +31,7 @@ fn main() -> Result<(), Box<dyn std::error::Error>> {
     std::fs::write(folder.join("amber/knot.ply"), knot()?)?;
     std::fs::write(folder.join("hair/tuft.pbrt"), tuft()?)?;
     std::fs::write(folder.join("textures/sign.png"), sign()?)?;
+    std::fs::write(folder.join("textures/cube.ptx"), painted_cube())?;
     std::fs::write(folder.join("curves/grass.pbrt"), grass()?)?;
     std::fs::write(folder.join("leaves/leaf.png"), leaf()?)?;
     std::fs::write(folder.join("lights/slide.png"), slide()?)?;
@@ -268,6 +271,47 @@ fn sky(sun_radiance: f64) -> Result<Vec<u8>, Box<dyn std::error::Error>> {
     }
     let file = ImageFile::new(Image::new(WIDTH, HEIGHT, 3, data)?);
     Ok(encode(&file, "exr", Precision::Half)?)
+}
+
+/// Rings and spokes on the sides of a cube, which go on over its edges where they can.
+fn painted_cube() -> Vec<u8> {
+    let mut faces = ptex::faces(&ptex::cube(), false);
+    for (k, face) in faces.iter_mut().enumerate() {
+        face.log2 = [[5, 5], [4, 4], [3, 3], [5, 4], [2, 5], [6, 6]][k];
+        let [columns, rows] = face.log2.map(|l| 1u32 << l);
+        let colour = DVec3::from(
+            [
+                [0.9, 0.3, 0.2],
+                [0.9, 0.8, 0.2],
+                [0.3, 0.8, 0.3],
+                [0.2, 0.7, 0.8],
+                [0.3, 0.3, 0.9],
+                [0.8, 0.3, 0.8],
+            ][k],
+        );
+        face.samples.clear();
+        for y in 0..rows {
+            for x in 0..columns {
+                let u = (f64::from(x) + 0.5) / f64::from(columns) - 0.5;
+                let v = (f64::from(y) + 0.5) / f64::from(rows) - 0.5;
+                let rings = (u.abs().max(v.abs()) * 8.0) as u32 % 2;
+                let shade = if rings == 0 {
+                    colour
+                } else {
+                    DVec3::splat(0.85)
+                };
+                face.samples.extend(shade.as_vec3().to_array());
+            }
+        }
+    }
+    let cube = PtexWriter::new(false, DataType::U8, 3, faces);
+    let (differences, tile_log2) = (true, Some(5));
+    PtexWriter {
+        differences,
+        tile_log2,
+        ..cube
+    }
+    .encode()
 }
 
 /// An arrow up with a flag on its right, orange on a ground that grows lighter to the right.

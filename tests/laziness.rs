@@ -59,7 +59,8 @@ fn attic(times: usize) -> String {
     for i in 0..times * TEXTURES {
         let _ = writeln!(
             text,
-            "Texture \"t{i}\" \"color\" \"imagemap\" \"string filename\" \"big-{i}.exr\""
+            "Texture \"t{i}\" \"color\" \"{}\" \"string filename\" \"big-{i}.exr\"",
+            ["imagemap", "ptex"][i % 2]
         );
     }
     for i in 0..times * MATERIALS {

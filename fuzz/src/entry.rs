@@ -7,9 +7,12 @@ use tyndall::describe::describe;
 use tyndall::describe::description::Frame;
 use tyndall::image::Image;
 use tyndall::image::codec::{self, ImageFile, Precision};
-use tyndall::math::Vec3;
+use tyndall::image::ptex::Ptex;
+use tyndall::math::{Point3, Vec3};
 use tyndall::scatter::{TransportMode, fourier};
 use tyndall::shape::ply::{self, Route};
+use tyndall::texture::TextureContext;
+use tyndall::texture::ptex::filtered;
 use tyndall_parser::diagnostic::{Diagnostics, Style};
 use tyndall_parser::params::{ParamClass, ParamValue};
 use tyndall_parser::source::{SourceBytes, Sources, Spanned};
@@ -19,7 +22,7 @@ use tyndall_parser::{LoadError, Loaded, Loader, SceneFile, print};
 pub type Entry = fn(&[u8]);
 
 /// All entry points, by the names of their targets.
-pub const ENTRIES: [(&str, Entry); 13] = [
+pub const ENTRIES: [(&str, Entry); 14] = [
     ("parse", parse),
     ("describe", describe_scene),
     ("check", check),
@@ -33,6 +36,7 @@ pub const ENTRIES: [(&str, Entry); 13] = [
     ("spectrum", spectrum),
     ("fourier", fourier),
     ("lens", lens),
+    ("ptex", ptex),
 ];
 
 /// Scenes that scenes include.
@@ -233,6 +237,27 @@ pub fn fourier(bytes: &[u8]) {
             }
             let pdf = table.pdf(wo, wi);
             assert!(pdf.is_finite() && pdf >= 0.0, "{pdf}");
+        }
+    }
+}
+
+/// Ptex files, looked up at corners and inside under short and long footprints.
+pub fn ptex(bytes: &[u8]) {
+    let Ok(file) = Ptex::decode(bytes, 1 << 24) else {
+        return;
+    };
+    assert!(file.ptex.n_bytes() <= 1 << 24);
+    for face in 0..file.ptex.faces().len().min(64) as u32 {
+        for uv in [[0.0, 0.0], [1.0, 0.3], [0.4, 0.2], [0.2, 1.0]] {
+            for size in [0.0, 0.07, 0.3, 0.7, 1e9] {
+                let ctx = TextureContext {
+                    duv_dx: [size, 0.0],
+                    duv_dy: [0.1 * size, size],
+                    face,
+                    ..TextureContext::at_point(Point3::ZERO, uv)
+                };
+                assert!(filtered(&file.ptex, &ctx).iter().all(|x| x.is_finite()));
+            }
         }
     }
 }

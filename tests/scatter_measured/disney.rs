@@ -139,6 +139,7 @@ impl Sheet {
             tangent: x,
             dndu: Vec3::ZERO,
             dndv: Vec3::ZERO,
+            face: 0,
         };
         let ctx = TextureContext {
             p: Point3::ZERO,
@@ -147,6 +148,7 @@ impl Sheet {
             duv_dy: [0.0; 2],
             dp_dx: Vec3::ZERO,
             dp_dy: Vec3::ZERO,
+            face: 0,
         };
         self.materials
             .bsdf(MaterialId::new(0), &surface, &ctx, &self.textures)

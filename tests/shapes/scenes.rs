@@ -263,7 +263,21 @@ fn g12_g18_g19_transforms_that_cannot_be_are_located_and_left_out() {
 }
 
 #[test]
-fn faces_for_ptex_are_read_and_of_no_effect() {
+fn faces_for_ptex_are_those_of_their_triangles() {
+    let ptex = "Texture \"fur\" \"float\" \"ptex\" \"string filename\" \"fur.ptx\"";
+    // The first triangle has a corner that is nowhere.
+    let points = "\"point P\" [nan 0 0  -2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2  1 2 3]";
+    for (before, faces, face) in [
+        (ptex, "5 7", 7),
+        ("", "5 7", 0),
+        (ptex, "7", 0),
+        (ptex, "5 -7", -7),
+    ] {
+        let world =
+            format!("{before} Shape \"trianglemesh\" {points} \"integer faceIndices\" [{faces}]");
+        let (surface, _) = seen([0.1, 0.2, 5.0], &world).expect("a hit");
+        assert_eq!(surface.face as i32, face, "{faces}");
+    }
     let points = "\"point P\" [-2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2]";
     for (faces, codes) in [("7", &[][..]), ("7 8", &["value-count"])] {
         let world = format!("Shape \"trianglemesh\" {points} \"integer faceIndices\" [{faces}]");

@@ -26,6 +26,7 @@ fn plane() -> SurfacePoint {
         tangent: Vec3::new(2.0, 0.0, 0.0),
         dndu: Vec3::ZERO,
         dndv: Vec3::ZERO,
+        face: 0,
     }
 }
 

@@ -66,6 +66,7 @@ fn contexts() -> impl Iterator<Item = TextureContext> {
             duv_dy: [0.01, -size],
             dp_dx: Vec3::new(size, 0.0, 0.0),
             dp_dy: Vec3::new(0.0, 0.01, -size),
+            face: 0,
         })
     })
 }
@@ -195,6 +196,7 @@ fn m13_an_infinite_footprint_shows_the_mean_of_the_image() {
             duv_dy: [0.0, size],
             dp_dx: Vec3::ZERO,
             dp_dy: Vec3::ZERO,
+            face: 0,
         };
         assert_eq!(textures.float(source, &ctx), 2.0, "{size}");
     }

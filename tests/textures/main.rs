@@ -10,3 +10,4 @@ mod classes;
 mod hazards;
 mod mapping;
 mod noise;
+mod ptex;

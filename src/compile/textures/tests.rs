@@ -5,6 +5,7 @@ use std::sync::{Arc, Mutex};
 use glam::DVec3;
 use tyndall_parser::source::{SourceBytes, Sources, Spanned};
 use tyndall_parser::{NoIncludes, parse};
+use tyndall_test_support::ptex;
 
 use super::*;
 use crate::compile::space::WorldBounds;
@@ -444,31 +445,51 @@ fn every_class_of_the_schema_is_built() {
                 let outcome = build::<Rgb>(&world, &files);
                 (outcome.source.is_some(), outcome.codes)
             };
-            assert_eq!(is_built, class != "ptex", "{value_type} {class}: {codes:?}");
-            assert_eq!(codes.contains(&"unsupported"), class == "ptex", "{class}");
+            assert!(is_built, "{value_type} {class}: {codes:?}");
+            // The picture is no Ptex file.
+            assert_eq!(codes.contains(&"bad-ptex"), class == "ptex", "{class}");
         }
     }
 }
 
+/// A file of two faces of one texel: 0.25 and 0.5 in every channel.
+fn two_faces(channels: u16) -> Vec<u8> {
+    let mut mesh = ptex::faces(&ptex::grid(2, 1, false), false);
+    for (face, value) in mesh.iter_mut().zip([0.25, 0.5]) {
+        face.samples = vec![value; channels.into()];
+    }
+    ptex::PtexWriter::new(false, ptex::DataType::Float, channels, mesh).encode()
+}
+
 #[test]
-fn a_ptex_file_is_refused_by_name_and_not_opened() {
-    let files = Files::new(Vec::new());
-    let mut sources = Sources::new();
-    let world = r#"WorldBegin Texture "it" "float" "ptex" "string filename" "fur.ptx" WorldEnd"#;
-    let root = sources.add_text("scene", world);
-    let (file, _) = parse(&mut sources, root, &NoIncludes);
-    let (scene, _) = describe(file);
-    let mut frame = scene.frames.into_iter().next().expect("one frame");
-    let space = RenderSpace::new(WorldBounds::EMPTY, DVec3::ZERO);
-    let mut builder = TextureBuilder::new(&mut frame, &space, &files);
-    let mut diagnostics = Diagnostics::default();
-    let source: Option<FloatSource> = builder.texture(TextureRef(0), &mut diagnostics);
-    assert_eq!(source, None);
-    let [refusal] = diagnostics.list.as_slice() else {
-        panic!("one finding: {diagnostics:?}");
-    };
-    assert!(refusal.message.contains("\"fur.ptx\""), "{refusal:?}");
-    assert_eq!(files.reads(), [""; 0]);
+fn a_ptex_file_serves_all_textures_that_name_it() {
+    let files = Files::new(vec![("fur.ptx", two_faces(3))]);
+    let world = r#"Texture "a" "spectrum" "ptex" "string filename" "fur.ptx" "float gamma" 1
+        Texture "b" "spectrum" "ptex" "string filename" "fur.ptx" "float gamma" 3
+        Texture "it" "spectrum" "scale" "texture tex1" "a" "texture tex2" "b""#;
+    let outcome = build::<Rgb>(world, &files);
+    assert_eq!(outcome.codes, [""; 0]);
+    assert_eq!(files.reads(), ["fur.ptx"]);
+    let value = outcome.at([0.0; 3], [0.0, 0.5]);
+    assert!((value - Rgb::splat(0.25f32.powi(4))).max_component().abs() < 1e-6);
+}
+
+#[test]
+fn ptex_files_that_cannot_be_shown_are_black() {
+    let files = Files::new(vec![
+        ("two.ptx", two_faces(2)),
+        ("text.ptx", b"Ptex?".to_vec()),
+    ]);
+    for (name, code) in [
+        ("two.ptx", "unsupported"),
+        ("text.ptx", "bad-ptex"),
+        ("none.ptx", "missing-file"),
+    ] {
+        let world = format!(r#"Texture "it" "float" "ptex" "string filename" "{name}""#);
+        let outcome = build::<f32>(&world, &files);
+        assert_eq!(outcome.codes, [code], "{name}");
+        assert_eq!(outcome.source, Some(Source::Constant(0.0)), "{name}");
+    }
 }
 
 /// `n` textures, each around the one before.

@@ -121,5 +121,10 @@ macro_rules! real_numbers {
     };
 }
 
-real_numbers!(f16, f16::from_f32);
+real_numbers!(f16, nearest_half);
 real_numbers!(f32, std::convert::identity);
+
+/// The nearest half, the larger one of two that are as near: as the library rounds.
+fn nearest_half(x: f32) -> f16 {
+    f16::from_f32(f32::from_bits(x.to_bits().wrapping_add(0x1000) & !0x1fff))
+}

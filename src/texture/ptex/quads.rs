@@ -237,6 +237,10 @@ impl Kernel {
         let (axis, is_upper) = side(edge);
         let mut part = self.clone();
         part.axes[axis] = self.axes[axis].split(is_upper);
+        if !self.axes[axis].weights.is_empty() {
+            // The library counts anew from here.
+            part.turns = 0;
+        }
         part
     }
 

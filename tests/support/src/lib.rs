@@ -6,6 +6,7 @@
 pub mod chi2;
 mod gamma;
 pub mod image_z;
+pub mod ptex;
 mod uniform;
 mod verdict;
 pub mod z_test;
