@@ -1,7 +1,8 @@
 //! Pixels: buffers, files as bytes, pyramids and comparisons.
 //!
 //! Owns: the pixel buffer ([`Image`]), the codecs ([`codec`] is their front door), the sRGB curve ([`srgb`]), texel
-//! repair ([`repair`]), the mip pyramid with its filtered look-ups ([`mip`]) and measures of difference ([`metrics`]).
+//! repair ([`repair`]), the mip pyramid with its filtered look-ups ([`mip`]), Ptex files ([`ptex`]) and measures of
+//! difference ([`metrics`]).
 //!
 //! Refuses: paths and the file system, texture coordinates of surfaces, the film's sums, printing.
 //!
