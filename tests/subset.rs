@@ -92,6 +92,11 @@ fn the_textures_look_as_they_did() {
 }
 
 #[test]
+fn the_painted_cubes_look_as_they_did() {
+    assert_scene_agrees("textures", "ptex", "ptex-reference.exr", 1024.0);
+}
+
+#[test]
 fn the_shapes_look_as_they_did() {
     assert_agrees("shapes", 1024.0);
 }
