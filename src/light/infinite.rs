@@ -127,7 +127,9 @@ impl InfiniteLight {
     /// Prepares [`InfiniteLight::pdf_in_pbrt`].
     pub(crate) fn weigh_as_pbrt(&mut self) {
         self.pbrt_density = Some(match &self.map {
-            Some(map) => PbrtDensity::of_map(map.luminances(self.radiance), map.placement().clone()),
+            Some(map) => {
+                PbrtDensity::of_map(map.luminances(self.radiance), map.placement().clone())
+            }
             None => {
                 let identity = || Placement::new(DMat3::IDENTITY);
                 PbrtDensity::even(self.placement.clone().unwrap_or_else(identity))

@@ -50,9 +50,16 @@ impl PbrtDensity {
             width: 0.5 / n[0].min(n[1]) as f32,
             scale: 1.0,
         };
-        let of_row = |row| (0..n[0]).map(|column| f64::from(cells.value(column, row))).sum::<f64>();
+        let of_row = |row| {
+            (0..n[0])
+                .map(|column| f64::from(cells.value(column, row)))
+                .sum::<f64>()
+        };
         let mut sums = Vec::new();
-        (0..n[1]).into_par_iter().map(of_row).collect_into_vec(&mut sums);
+        (0..n[1])
+            .into_par_iter()
+            .map(of_row)
+            .collect_into_vec(&mut sums);
         let mean = sums.iter().sum::<f64>() / (n[0] * n[1]) as f64;
         cells.scale = (1.0 / mean) as f32;
         Self {
@@ -110,7 +117,10 @@ mod tests {
             for theta in [0.2f32, 1.3, 2.0] {
                 let expected = cell / 3.0 / (2.0 * PI * PI * theta.sin());
                 let found = density.pdf_w(at(turn, theta));
-                assert!((found / expected - 1.0).abs() < 1e-5, "{turn} {theta}: {found}");
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-5,
+                    "{turn} {theta}: {found}"
+                );
             }
         }
         let even = PbrtDensity::even(placement).pdf_w(at(0.7, 0.5));

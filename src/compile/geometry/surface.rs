@@ -195,7 +195,8 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
     let entity = &shape.entity;
     let kind = entity.entity.kind.value.as_str();
     const AS_SEEN: &str = "sampled here as it is seen";
-    const KEPT: &str = "kept: what shows does not light as much, or at all, and the other way round";
+    const KEPT: &str =
+        "kept: what shows does not light as much, or at all, and the other way round";
     let mut warn_with = |what: &str, label: &str| {
         let message = format!("pbrt-v3 renders this light biased: {what}");
         diagnostics.push(
@@ -211,7 +212,10 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
         warn_with(&format!("it samples the other side of {what}"), KEPT);
     }
     if emission.is_some_and(|emission| emission.has_holes) {
-        warn_with("what its alpha mask cuts out lights others all the same", KEPT);
+        warn_with(
+            "what its alpha mask cuts out lights others all the same",
+            KEPT,
+        );
     }
     let mut warn = |what: &str| warn_with(what, AS_SEEN);
     match &shape.local {

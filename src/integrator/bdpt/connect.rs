@@ -1,7 +1,7 @@
 //! The strategies: how a path is found as a whole from two parts.
 
-use crate::integrator::bdpt::strategy::Contribution;
 use crate::ids::LightId;
+use crate::integrator::bdpt::strategy::Contribution;
 use crate::integrator::bdpt::subpath::{End, lamp_factor};
 use crate::integrator::bdpt::vertex::{Kind, Vertex};
 use crate::integrator::bdpt::weights::{Density, Ends, weight};

@@ -279,7 +279,14 @@ impl<'a> Tracer<'a> {
         };
         vertex.specular = specular;
         if matches!(head.from, Side::Light) && self.world.facts().has_odd_lamps {
-            head.beta *= lamp_factor(self.world, before, self.starts_in_hole, &vertex, wi, specular);
+            head.beta *= lamp_factor(
+                self.world,
+                before,
+                self.starts_in_hole,
+                &vertex,
+                wi,
+                specular,
+            );
         }
         before.pdf_other = if specular {
             0.0

@@ -363,8 +363,7 @@ impl<O: Observer> State<'_, O> {
         {
             let f = seen.f(sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
             if !f.is_black() {
-                let weight =
-                    sample.share(seen.pdf(sample.wi), || seen.pdf_in_pbrt(sample.wi));
+                let weight = sample.share(seen.pdf(sample.wi), || seen.pdf_in_pbrt(sample.wi));
                 let medium = medium_toward(sample.wi, self.medium);
                 self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
             }
