@@ -195,8 +195,8 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
     let entity = &shape.entity;
     let kind = entity.entity.kind.value.as_str();
     const AS_SEEN: &str = "sampled here as it is seen";
-    const KEPT: &str =
-        "kept: what shows does not light as much, or at all, and the other way round";
+    const TURNED: &str = "kept: one side shows, the other one lights";
+    const HOLES: &str = "kept: what is cut out lights without being seen";
     let mut warn_with = |what: &str, label: &str| {
         let message = format!("pbrt-v3 renders this light biased: {what}");
         diagnostics.push(
@@ -209,12 +209,12 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
             Local::Mesh(_) => "a reversed mesh with normals or tangents",
             Local::Form(_) | Local::Curves(_) => "a mirrored quadric",
         };
-        warn_with(&format!("it samples the other side of {what}"), KEPT);
+        warn_with(&format!("it samples the other side of {what}"), TURNED);
     }
     if emission.is_some_and(|emission| emission.has_holes) {
         warn_with(
             "what its alpha mask cuts out lights others all the same",
-            KEPT,
+            HOLES,
         );
     }
     let mut warn = |what: &str| warn_with(what, AS_SEEN);
