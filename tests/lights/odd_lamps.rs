@@ -348,7 +348,7 @@ const MEASURED: [(&str, f64); 10] = [
     ("\"metal\" \"float roughness\" .005", 1.7197),
     (
         "\"plastic\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [.5 .5 .5] \"float roughness\" .1",
-        1.5707,
+        1.571,
     ),
     (
         "\"translucent\" \"rgb Kd\" [.5 .5 .5] \"rgb Ks\" [.3 .3 .3] \"float roughness\" .15",
