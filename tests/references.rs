@@ -135,7 +135,6 @@ fn small_breakfast_agrees() {
 }
 
 #[test]
-#[ignore = "takes minutes"]
 fn small_splashes_agree() {
     // The tip of the spoon is seldom lit: its noise shows only in many samples.
     assert_small_scene_agrees_at("coffee-splash", "splash", 64, REFERENCE_SPP);

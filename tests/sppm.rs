@@ -143,6 +143,38 @@ fn light_in_a_round_room_is_a_geometric_series() {
 }
 
 #[test]
+fn photons_of_lamps_that_light_otherwise_than_they_show_are_their_halves() {
+    // A ball in the middle of the room; mirrored, its drawn normals point to the wall, and those that are found inward.
+    let (lamp, wall, le) = (1.0, 2.0, 4.0f64);
+    let sine2 = f64::powi(lamp / wall, 2);
+    let one_minus_cos = sine2 / (1.0 + (1.0 - sine2).sqrt());
+    let pdf_light = 1.0 / (2.0 * PI * one_minus_cos);
+    let n = 10_000;
+    let mut drawn = 0.0;
+    for i in 0..n {
+        let cos = 1.0 - (f64::from(i) + 0.5) / f64::from(n) * one_minus_cos;
+        let share = 1.0 / (1.0 + (cos / PI / pdf_light).powi(2));
+        drawn += 2.0 * cos * share * one_minus_cos / f64::from(n);
+    }
+    for (reversed, part) in [("", drawn), ("ReverseOrientation", sine2 - drawn)] {
+        let scene = film(4, "")
+            + &camera([0.0, 0.0, 1.1], [0.0, 0.0, 2.0], 0.7)
+            + &sppm(24, 3, 20_000, 0.5)
+            + "WorldBegin AttributeBegin Scale 1 1 -1 Material \"matte\" \"rgb Kd\" [0 0 0]\n\
+               AreaLightSource \"diffuse\" \"rgb L\" [4 4 4]\n"
+            + reversed
+            + " Shape \"sphere\" AttributeEnd\n\
+               Material \"matte\" \"rgb Kd\" [.8 .5 .25] Shape \"sphere\" \"float radius\" 2 WorldEnd";
+        // What the wall sends on, it receives but for what the ball takes.
+        let expected = ALBEDO.map(|albedo| {
+            let kept = albedo * (1.0 - sine2);
+            le * albedo * part * (1.0 + kept + kept * kept)
+        });
+        assert_picture(&scene, expected, reversed);
+    }
+}
+
+#[test]
 fn more_photons_than_are_kept_at_once_bring_no_more_light() {
     // 1.2 million photons arrive 2.3 times each, which makes two batches.
     let scene = round_room(1, 5).replace(&sppm(1, 5, 2000, 0.5), &sppm(1, 5, 1_200_000, 0.5));

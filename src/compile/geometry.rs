@@ -46,11 +46,14 @@ impl Loaded {
         diagnostics: &mut Diagnostics,
     ) {
         let mut area_lights = vec![None; frame.area_lights.len()];
-        let mut surface = |shape: &LocalShape, diagnostics: &mut Diagnostics| {
-            builders.surface(shape, frame, &mut area_lights, diagnostics)
+        let mut surface = |shape: &LocalShape, in_object: bool, diagnostics: &mut Diagnostics| {
+            builders.surface(shape, frame, in_object, &mut area_lights, diagnostics)
         };
         for shape in self.shapes {
-            let of_surface = surface(&shape, diagnostics);
+            let of_surface = surface(&shape, false, diagnostics);
+            if of_surface.is_nothing() {
+                continue;
+            }
             match shape.world_from_object.clone() {
                 Placement::Still(definition) => {
                     let LocalShape { local, entity, .. } = shape;
@@ -72,7 +75,7 @@ impl Loaded {
             let surfaces: Vec<Surface> = object
                 .shapes
                 .iter()
-                .map(|shape| surface(shape, diagnostics))
+                .map(|shape| surface(shape, true, diagnostics))
                 .collect();
             let placements = &self.placements[object.placements.clone()];
             object.place(surfaces, placements, space, parts, diagnostics);
@@ -95,7 +98,8 @@ impl LocalObject {
             |p: &InstancePlacement| matches!(p.world_from_instance, InstanceMotion::Still(_));
         let all_still = placements.iter().all(is_still);
         let mut shared = Vec::new();
-        for (shape, mut surface) in self.shapes.into_iter().zip(surfaces) {
+        let shapes = self.shapes.into_iter().zip(surfaces);
+        for (shape, mut surface) in shapes.filter(|(_, surface)| !surface.is_nothing()) {
             let emits = surface.emission.is_some();
             match shape.still() {
                 Some(definition) if all_still && (only_one || emits) => {
@@ -265,6 +269,8 @@ fn add(
                         element,
                         radiance: emission.radiance,
                         two_sided: emission.two_sided,
+                        is_turned: emission.is_turned,
+                        has_holes: emission.has_holes,
                     })
                 }));
             let (n_lights, medium) = (parts.lights.len(), surface.medium_outside);

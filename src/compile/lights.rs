@@ -253,7 +253,7 @@ impl LightReader<'_> {
         p.finish();
         let emission = self.emission?;
         let light = match self.map(file, "a constant light is used", diagnostics) {
-            None => InfiniteLight::constant(emission),
+            None => InfiniteLight::constant(emission).turned(self.linear()),
             Some(image) => {
                 // Up-sampled to powers of two, as pbrt-v3 looks maps up.
                 let map = to_powers_of_two(image, Wrap::Repeat);

@@ -99,16 +99,9 @@ pub(super) fn read_shape(
         Some(material) => p.finish_with_material(material),
         None => p.finish(),
     }
-    if masks.alpha == Mask::Everywhere && shape.area_light.is_some() {
-        let message = "pbrt-v3 renders this light biased: its alpha mask cuts out all of it, and it lights others \
-                       all the same";
-        diagnostics.push(
-            Diagnostic::warning("biased-in-pbrt", shape.entity.span, message)
-                .with_label("nothing is emitted here"),
-        );
-    }
-    // A mesh that is nowhere is no mesh.
-    let local = local.filter(|_| masks.alpha != Mask::Everywhere)?;
+    // A mesh that is nowhere is no mesh, unless it is a lamp: that lights others.
+    let is_something = masks.alpha != Mask::Everywhere || shape.area_light.is_some();
+    let local = local.filter(|_| is_something)?;
     Some(ReadShape { local, masks })
 }
 

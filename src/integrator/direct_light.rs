@@ -91,9 +91,11 @@ impl<'a> LitPoint<'a> {
             return Rgb::BLACK;
         }
         let weight = if n_found == 0.0 {
-            1.0
+            sample.share_alone()
         } else {
-            sample.weight(n_found * seen.pdf(sample.wi))
+            sample.share(n_found * seen.pdf(sample.wi), || {
+                seen.pdf_in_pbrt(sample.wi)
+            })
         };
         let contribution = f * sample.radiance * (weight / sample.pdf);
         if contribution.is_black() {
@@ -127,17 +129,29 @@ impl<'a> LitPoint<'a> {
                 .heuristic(light)
                 .weight(n_found * drawn.pdf_w, pdf_light)
         };
+        let pdf_found = if world.facts().asks_pbrt() {
+            seen.pdf_in_pbrt(drawn.wi)
+        } else {
+            0.0
+        };
         let ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
-        let light = light_along(world, at, ray, world.max_crossings(), weight, counters);
+        let light = light_along(
+            world,
+            (at, pdf_found),
+            ray,
+            world.max_crossings(),
+            weight,
+            counters,
+        );
         drawn.weight * light * (1.0 / n_found)
     }
 }
 
 /// Light along a ray from the receiver `at`, past at most `max_crossings` surfaces that cast no shadow, each light
-/// times its `weight`, a function of its density in solid angle.
+/// times its `weight`, a function of its density in solid angle. pbrt-v3 draws the ray with density `pdf_found`.
 fn light_along(
     world: &World,
-    at: &Receiver,
+    (at, pdf_found): (&Receiver, f32),
     mut ray: Ray,
     max_crossings: usize,
     weight: impl Fn(LightId, f32) -> f32,
@@ -154,7 +168,7 @@ fn light_along(
             return light;
         };
         let surface = world.surface(&ray, &hit);
-        if let Some((id, le)) = world.emitted(&hit, &surface, -ray.d)
+        if let Some((id, le)) = world.emitted_onto(at, pdf_found, &hit, &surface, -ray.d)
             && !le.is_black()
         {
             light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
@@ -211,7 +225,14 @@ mod tests {
         let found = |max_crossings: usize| {
             let mut counters = Counters::default();
             let ray = spawn_ray(at.p, at.p_err, at.ng, d, at.time);
-            let light = light_along(&world, &at, ray, max_crossings, |_, _| 1.0, &mut counters);
+            let light = light_along(
+                &world,
+                (&at, 0.0),
+                ray,
+                max_crossings,
+                |_, _| 1.0,
+                &mut counters,
+            );
             (light, counters.rays, counters.stuck_paths)
         };
         assert_eq!(found(world.max_crossings()), (Rgb::ONE, 4, 0));

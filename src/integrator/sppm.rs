@@ -28,7 +28,7 @@ use crate::sampler::Sampler;
 use crate::scatter::{Bsdf, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
-use crate::world::{World, spawn_ray};
+use crate::world::{LampPoint, World, spawn_ray};
 
 /// Camera paths of less throughput than this are subject to Russian roulette.
 const ROULETTE_BELOW: f32 = 0.25;
@@ -247,7 +247,18 @@ impl Sppm {
             let Some(sample) = bsdf.sample(wo, u_lobe, u, TransportMode::Importance) else {
                 return;
             };
-            let scattered = arriving * sample.weight * (1.0 / bend(sample.wi));
+            let mut scattered = arriving * sample.weight * (1.0 / bend(sample.wi));
+            if depth == 1 && world.facts().has_odd_lamps {
+                let lamp = LampPoint {
+                    light: LightId::new(light),
+                    p: start.p,
+                    ng: start.ng,
+                    is_hole: start.is_hole,
+                };
+                let pdf_found = || bsdf.pdf_in_pbrt(sample.wi, wo);
+                let from = surface.p;
+                scattered *= world.lamp_factor(&lamp, from, -wo, sample.specular, pdf_found);
+            }
             // Photons of like flux tell most: what is absorbed ends paths instead of dimming them.
             let survival = (scattered.max_component() / flux.max_component()).min(1.0);
             if !(u_roulette < survival) {

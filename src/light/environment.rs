@@ -160,6 +160,14 @@ impl EnvironmentMap {
         self.whole.choice.heed_blocks(direction, transmittances);
     }
 
+    /// Luminances of the texels times `strength`.
+    pub(super) fn luminances(&self, strength: Rgb) -> Image {
+        let texels = texels(&self.samples);
+        let luminance = |texel: &[f32; 3]| (strength * Rgb::from_array(*texel)).luminance();
+        let data = texels.iter().map(luminance).collect();
+        Image::new(self.width, self.height, 1, data).expect("as many as there are texels")
+    }
+
     /// Mean over the sphere.
     pub(super) fn mean(&self) -> Rgb {
         self.mean

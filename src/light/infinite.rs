@@ -10,7 +10,8 @@ use glam::DMat3;
 
 use crate::image::Image;
 use crate::light::Wanted;
-use crate::light::placed_map::PlacedMap;
+use crate::light::pbrt_density::PbrtDensity;
+use crate::light::placed_map::{PlacedMap, Placement};
 use crate::math::Vec3;
 use crate::sampling::warp::{UNIFORM_SPHERE_PDF, uniform_sphere};
 use crate::spectrum::Rgb;
@@ -20,6 +21,9 @@ use crate::spectrum::Rgb;
 pub struct InfiniteLight {
     radiance: Rgb,
     map: Option<PlacedMap>,
+    /// How it is turned if it has no map: only [`InfiniteLight::pdf_in_pbrt`] tells the difference.
+    placement: Option<Placement>,
+    pbrt_density: Option<PbrtDensity>,
 }
 
 /// A direction drawn toward the environment.
@@ -39,6 +43,16 @@ impl InfiniteLight {
         Self {
             radiance,
             map: None,
+            placement: None,
+            pbrt_density: None,
+        }
+    }
+
+    /// The same turned by the invertible linear part of the light's transform.
+    pub fn turned(self, render_from_light: DMat3) -> Self {
+        Self {
+            placement: Some(Placement::new(render_from_light)),
+            ..self
         }
     }
 
@@ -61,6 +75,8 @@ impl InfiniteLight {
         Some(Self {
             radiance,
             map: Some(PlacedMap::new(map, render_from_map, heeds_normals)?),
+            placement: None,
+            pbrt_density: None,
         })
     }
 
@@ -106,6 +122,25 @@ impl InfiniteLight {
             radiance: self.radiance * value,
             pdf_w,
         })
+    }
+
+    /// Prepares [`InfiniteLight::pdf_in_pbrt`].
+    pub(crate) fn weigh_as_pbrt(&mut self) {
+        self.pbrt_density = Some(match &self.map {
+            Some(map) => {
+                PbrtDensity::of_map(map.luminances(self.radiance), map.placement().clone())
+            }
+            None => {
+                let identity = || Placement::new(DMat3::IDENTITY);
+                PbrtDensity::even(self.placement.clone().unwrap_or_else(identity))
+            }
+        });
+    }
+
+    /// Density in sr⁻¹ with which pbrt-v3 draws `w`, if pictures depend on it.
+    #[inline]
+    pub fn pdf_in_pbrt(&self, w: Vec3) -> Option<f32> {
+        self.pbrt_density.as_ref().map(|density| density.pdf_w(w))
     }
 
     /// Whether its radiance varies by direction.

@@ -8,6 +8,7 @@ pub mod infinite;
 mod luminances;
 mod outline;
 mod patch_choice;
+mod pbrt_density;
 mod placed_map;
 pub mod projection;
 mod regions;
@@ -81,6 +82,11 @@ impl Light {
         strength.min_component() < 0.0
     }
 
+    /// Whether it is a lamp that anywhere lights otherwise than it shows.
+    pub fn lights_otherwise(&self) -> bool {
+        matches!(self, Self::Area(area) if area.lights_otherwise())
+    }
+
     /// If it is a point: its intensity in the unit direction `w`, away from it.
     pub fn intensity(&self, w: Vec3) -> Option<Rgb> {
         match self {
@@ -122,9 +128,25 @@ pub struct AreaLight {
     pub radiance: Rgb,
     /// Whether it emits from the back as well.
     pub two_sided: bool,
+    /// In pbrt-v3, points that are drawn on it have the normal opposite to that which rays find.
+    pub is_turned: bool,
+    /// A mask cuts holes into it, of which pbrt-v3 knows nothing where it draws points.
+    pub has_holes: bool,
 }
 
 impl AreaLight {
+    /// Whether anywhere what lights is not what shows (see [`crate::world::lamps`]).
+    #[inline]
+    pub fn lights_otherwise(&self) -> bool {
+        self.has_holes || self.is_turned && !self.two_sided
+    }
+
+    /// Whether it lights both of its sides, by whatever half of the model.
+    #[inline]
+    pub fn lights_both_sides(&self) -> bool {
+        self.two_sided || self.is_turned
+    }
+
     /// Radiance that leaves the surface toward `w` where its normal is `ng`.
     #[inline]
     pub fn le(&self, ng: Normal3, w: Vec3) -> Rgb {

@@ -133,6 +133,16 @@ impl PlacedMap {
             .heed_blocks(|in_map| transmittances(placement.render_direction(in_map).0));
     }
 
+    /// How it is placed.
+    pub(super) fn placement(&self) -> &Placement {
+        &self.placement
+    }
+
+    /// Luminances of the map times `strength`.
+    pub(super) fn luminances(&self, strength: Rgb) -> Image {
+        self.map.luminances(strength)
+    }
+
     /// Mean over the sphere of map space.
     pub(super) fn mean(&self) -> Rgb {
         self.map.mean()

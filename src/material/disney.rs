@@ -163,12 +163,15 @@ impl Disney {
         }
         let base = color * weight;
         let (mut diffuse, mut flat) = (base, Rgb::BLACK);
+        let mut n_diffuse = 1;
         if let Interior::Thin(flatness, transmission) = self.interior {
+            n_diffuse = 2;
             let flatness = at.float(flatness);
             let reflected = base * (1.0 - 0.5 * at.float(transmission));
             diffuse = (reflected * (1.0 - flatness)).clamp_negative();
             flat = (reflected * flatness).clamp_negative();
         } else if self.bssrdf(at, f32::MIN_POSITIVE).is_some() {
+            n_diffuse = 0;
             diffuse = Rgb::BLACK;
             bsdf.add(Bxdf::SmoothDielectric(SmoothDielectric {
                 kr: Rgb::BLACK,
@@ -177,6 +180,7 @@ impl Disney {
             }));
         }
         let sheen = at.float(self.sheen).max(0.0);
+        let n_sheens = u32::from(sheen > 0.0);
         let sheen = if sheen > 0.0 {
             Rgb::ONE.lerp(tint, at.float(self.sheen_tint)) * (weight * sheen)
         } else {
@@ -188,6 +192,8 @@ impl Disney {
             retro: base,
             sheen: sheen.clamp_negative(),
             roughness,
+            // One more is the retro-reflection.
+            n_lobes_in_pbrt: n_diffuse + 1 + n_sheens,
         }));
     }
 

@@ -160,6 +160,29 @@ impl Bxdf<'_> {
         }
     }
 
+    /// For each of the lobes without a delta that pbrt-v3 has in its place, black ones included: calls `add` with a
+    /// density in sr⁻¹ with which that lobe draws `wi`, and for how many lobes alike.
+    fn pdfs_in_pbrt(&self, wo: Vec3, wi: Vec3, mut add: impl FnMut(f32, u32)) {
+        match self {
+            Self::Mirror(_) | Self::PassThrough(_) | Self::SmoothDielectric(_) => {}
+            Self::RoughReflection(lobe) => add(lobe.pdf_in_pbrt(wo, wi), 1),
+            Self::RoughDielectric(lobe) => {
+                for pdf in lobe.pdfs_in_pbrt(wo, wi).into_iter().flatten() {
+                    add(pdf, 1);
+                }
+            }
+            Self::FresnelBlend(lobe) => add(lobe.pdf_in_pbrt(wo, wi), 1),
+            Self::Fourier(table) => add(table.pdf_in_pbrt(wo, wi), 1),
+            Self::DisneyBase(lobe) => add(lobe.pdf(wo, wi), lobe.n_lobes_in_pbrt),
+            // It comes out on the side of the normal, which is where it is seen from.
+            Self::SubsurfaceExit(_)
+            | Self::Diffuse(_)
+            | Self::DiffuseTransmission(_)
+            | Self::Hair(_)
+            | Self::Clearcoat(_) => add(self.pdf(wo, wi), 1),
+        }
+    }
+
     /// Roughly what part of the light it scatters, at most: by this, lobes are chosen among. Positive unless the lobe
     /// scatters nothing.
     #[inline]
@@ -436,6 +459,28 @@ impl<'a> Bsdf<'a> {
         self.seen_from(wo).pdf(wi)
     }
 
+    /// Density in sr⁻¹ with which pbrt-v3 draws the direction `wi` of render space for next-event estimation: that of
+    /// its lobes without a delta, which it chooses among evenly. How light is shared between the two halves of its
+    /// estimator is by this; directions are drawn otherwise here, see [`Bsdf::pdf`].
+    pub fn pdf_in_pbrt(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let (wo, wi) = (self.frame.to_local(wo), self.frame.to_local(wi));
+        if wo.z() == 0.0 {
+            return 0.0;
+        }
+        let (mut sum, mut n_lobes) = (0.0, 0);
+        for lobe in &self.lobes {
+            lobe.bxdf.pdfs_in_pbrt(wo, wi, |pdf, n| {
+                sum += pdf * n as f32;
+                n_lobes += n;
+            });
+        }
+        if n_lobes > 0 {
+            sum / n_lobes as f32
+        } else {
+            0.0
+        }
+    }
+
     /// All lobes as they are seen from `wo`: for more than one question about that direction.
     #[inline]
     pub fn seen_from(&self, wo: Vec3) -> Seen<'_, 'a> {
@@ -557,6 +602,11 @@ impl Seen<'_, '_> {
         lobes
             .map(|(lobe, chance)| chance * lobe.bxdf.pdf(self.wo_local, wi))
             .sum()
+    }
+
+    /// See [`Bsdf::pdf_in_pbrt`].
+    pub fn pdf_in_pbrt(&self, wi: Vec3) -> f32 {
+        self.bsdf.pdf_in_pbrt(self.wo, wi)
     }
 
     /// See [`Bsdf::sample`].

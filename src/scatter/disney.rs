@@ -23,6 +23,8 @@ pub struct DisneyBase {
     pub sheen: Rgb,
     /// Roughness, of which the shapes depend.
     pub roughness: f32,
+    /// Lobes that pbrt-v3 makes of it, black ones included.
+    pub n_lobes_in_pbrt: u32,
 }
 
 impl DisneyBase {

@@ -62,6 +62,15 @@ impl FresnelBlend {
         0.5 * (base + self.distribution.pdf_reflection(wo, wi))
     }
 
+    /// Density in sr⁻¹ with which pbrt-v3 draws `wi`.
+    pub fn pdf_in_pbrt(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if !same_hemisphere(wo, wi) {
+            return 0.0;
+        }
+        let base = cosine_hemisphere_pdf(wi.z().abs());
+        0.5 * (base + self.distribution.pdf_reflection_in_pbrt(wo, wi))
+    }
+
     /// Schlick's approximation of Fresnel's equations.
     #[inline]
     fn schlick(&self, cos: f32) -> Rgb {

@@ -133,6 +133,25 @@ impl TrowbridgeReitz {
         self.d(h) / (2.0 * (kept * wo.z().abs() + self.stretched_length(wo)))
     }
 
+    /// Density in sr⁻¹ with which pbrt-v3 draws the normal `h`, unit and of either sign, as visible from `wo`: that of
+    /// facets seen from behind as well.
+    #[inline]
+    pub fn pdf_normal_in_pbrt(&self, wo: Vec3, h: Vec3) -> f32 {
+        2.0 * self.d(h) * wo.abs_dot(h) / (wo.z().abs() + self.stretched_length(wo))
+    }
+
+    /// The same for the direction `wi` that a facet mirrors `wo` to: facets that mirror into the surface are drawn, and
+    /// lost.
+    #[inline]
+    pub fn pdf_reflection_in_pbrt(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if !same_hemisphere(wo, wi) {
+            return 0.0;
+        }
+        unit(wo + wi).map_or(0.0, |h| {
+            0.5 * self.d(h) / (wo.z().abs() + self.stretched_length(wo))
+        })
+    }
+
     /// Length of `w` in the space where the surface is stretched to α = 1.
     #[inline]
     fn stretched_length(&self, w: Vec3) -> f32 {

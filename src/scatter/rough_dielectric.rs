@@ -120,6 +120,33 @@ impl RoughDielectric {
         density.unwrap_or(0.0)
     }
 
+    /// Densities in sr⁻¹ with which pbrt-v3 draws `wi` by reflection, and by transmission: two lobes, each of which is
+    /// there unless its tint is black.
+    pub fn pdfs_in_pbrt(&self, wo: Vec3, wi: Vec3) -> [Option<f32>; 2] {
+        let reflection = || self.distribution.pdf_reflection_in_pbrt(wo, wi);
+        let transmission = || self.pdf_transmission_in_pbrt(wo, wi);
+        [
+            (!self.kr.is_black()).then(reflection),
+            (!self.kt.is_black()).then(transmission),
+        ]
+    }
+
+    fn pdf_transmission_in_pbrt(&self, wo: Vec3, wi: Vec3) -> f32 {
+        if same_hemisphere(wo, wi) {
+            return 0.0;
+        }
+        let eta = self.relative_index(wo);
+        let generalized = (wo + wi) + wi * (eta - 1.0);
+        let Some(h) = unit(generalized) else {
+            return 0.0;
+        };
+        if wo.dot(h) * wi.dot(h) > 0.0 {
+            return 0.0;
+        }
+        let dh_dwi = eta * eta * wi.abs_dot(h) / generalized.length_squared();
+        self.distribution.pdf_normal_in_pbrt(wo, h) * dh_dwi
+    }
+
     /// Index on the other side of `wo` relative to that on its own side.
     #[inline]
     fn relative_index(&self, wo: Vec3) -> f32 {

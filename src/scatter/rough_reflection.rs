@@ -45,6 +45,11 @@ impl RoughReflection {
         self.distribution.sample_reflection(wo, u)
     }
 
+    /// Density in sr⁻¹ with which pbrt-v3 draws `wi`.
+    pub fn pdf_in_pbrt(&self, wo: Vec3, wi: Vec3) -> f32 {
+        self.distribution.pdf_reflection_in_pbrt(wo, wi)
+    }
+
     /// Density of [`RoughReflection::sample`] in sr⁻¹.
     #[inline]
     pub fn pdf(&self, wo: Vec3, wi: Vec3) -> f32 {

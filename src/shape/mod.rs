@@ -325,6 +325,15 @@ impl Shape {
             Self::Curves(curves) => curves.pdf_toward(element, from, p),
         }
     }
+
+    /// Density in sr⁻¹ with which pbrt-v3 draws that point. Scaled and clipped quadrics count as they are, not as
+    /// what it takes them for.
+    pub fn pdf_in_pbrt(&self, element: u32, from: Point3, p: Point3, ng: Normal3) -> f32 {
+        match self {
+            Self::Mesh(_) | Self::Curves(_) => self.pdf_toward(element, from, p, ng),
+            Self::Quadric(quadric) => quadric.pdf_in_pbrt(from, p, ng),
+        }
+    }
 }
 
 /// Turns a density per area at `p` into one per solid angle at `from`: × d² / cos. 0 where that is not finite.

@@ -10,6 +10,9 @@
 //! | distant | per area of a disk across `d`, as wide as the scene | 1: the direction is certain | `d`; `radiance` is an irradiance |
 //! | infinite | the same | sr⁻¹ | `d` |
 //!
+//! A lamp that lights otherwise than it shows (see [`crate::world::lamps`]) emits its radiance to both sides, from its holes
+//! as well; what arrives is that times a factor that depends on who receives it.
+//!
 //! On curves the direction is drawn first, and `pdf_pos` is conditional on it.
 
 use std::f32::consts::FRAC_1_PI;
@@ -45,6 +48,8 @@ pub struct EmissionSample {
     pub pdf_dir: f32,
     /// The medium it starts in.
     pub medium: MediumId,
+    /// It starts where a mask cuts a hole into a lamp.
+    pub is_hole: bool,
 }
 
 /// A disk of the scene's size: rays that cross it may meet the scene.
@@ -76,6 +81,7 @@ impl World {
                 pdf_pos: disk.pdf(),
                 pdf_dir,
                 medium: self.light_medium(light),
+                is_hole: false,
             }
         };
         let sample = match self.light(light) {
@@ -132,6 +138,7 @@ impl World {
             pdf_pos: 1.0,
             pdf_dir,
             medium: self.light_medium(light),
+            is_hole: false,
         }
     }
 
@@ -155,7 +162,7 @@ impl World {
                     return (pdf_disk * ng.abs_dot(d), UNIFORM_SPHERE_PDF);
                 }
                 let cos = ng.dot(d);
-                let pdf_dir = match (area.two_sided, cos > 0.0) {
+                let pdf_dir = match (area.lights_both_sides(), cos > 0.0) {
                     (true, _) => 0.5 * cosine_hemisphere_pdf(cos.abs()),
                     (false, true) => cosine_hemisphere_pdf(cos),
                     (false, false) => 0.0,
@@ -181,11 +188,12 @@ impl World {
             geometry: area.geometry,
             element: area.element,
         };
-        if self.is_hole_at(target, at.barycentric, at.p) {
+        let is_hole = self.is_hole_at(target, at.barycentric, at.p);
+        if is_hole && !area.has_holes {
             return None;
         }
         let (mut u_dir, mut side, mut share) = (u_dir, Vec3::from(at.ng), 1.0);
-        if area.two_sided {
+        if area.lights_both_sides() {
             share = 0.5;
             let u = 2.0 * u_dir[0];
             (u_dir[0], side) = if u < 1.0 { (u, side) } else { (u - 1.0, -side) };
@@ -201,6 +209,7 @@ impl World {
             pdf_pos: at.pdf_area as f32,
             pdf_dir: share * local.z() * FRAC_1_PI,
             medium: self.medium_toward(target, at.ng, d, self.light_medium(light)),
+            is_hole,
         })
     }
 
@@ -246,6 +255,7 @@ impl World {
             pdf_pos: (f64::from(cos) / (PI * radius * radius)) as f32,
             pdf_dir: UNIFORM_SPHERE_PDF,
             medium: self.medium_toward(target, surface.ng, d, self.light_medium(light)),
+            is_hole: false,
         })
     }
 

@@ -10,8 +10,13 @@ use crate::sampling::mis::Heuristic;
 use crate::sampling::rng::Rng;
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
+use crate::world::lamps::{Halves, LampPoint};
 use crate::world::segment::{Aim, Segment};
 use crate::world::{ElementRef, Hit, ShadowTally, World};
+
+/// How lights at infinity are shared. Samples of skies make up for what directions miss (see `light/environment.rs`), by
+/// densities that add up.
+const ENVIRONMENT: Heuristic = Heuristic::Balance;
 
 /// A point that receives light: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
@@ -39,7 +44,7 @@ pub struct LightSample {
     pub pdf: f32,
     /// No other strategy can find this light.
     pub is_delta: bool,
-    heuristic: Heuristic,
+    sharing: Sharing,
     /// The point aimed at; meaningless for light from infinitely far away.
     pub p: Point3,
     /// The emitting surface's normal there; zero off surfaces.
@@ -48,14 +53,72 @@ pub struct LightSample {
     shadow: Segment,
 }
 
+/// How light is shared between samples of it and directions that find it.
+#[derive(Clone, Copy, Debug)]
+enum Sharing {
+    /// Both find the same: by the densities with which they do.
+    Alike(Heuristic),
+    /// A point of a lamp that lights otherwise than it shows. Directions do not find what is cut out.
+    Lamp { halves: Halves, is_hole: bool },
+    /// A sky around a medium without end, which pbrt-v3 draws with density `pdf_drawn`: light that is drawn comes through
+    /// other lengths of the medium than light that is found.
+    EndlessSky { pdf_drawn: f32 },
+}
+
 impl LightSample {
-    /// Weight of the sample beside a direction drawn with density `pdf_w`, in sr⁻¹.
+    /// What the sample counts beside a direction drawn with density `pdf_w`, in sr⁻¹. `pdf_found` is the density with
+    /// which pbrt-v3 draws that direction, where pictures depend on it.
     #[inline]
-    pub fn weight(&self, pdf_w: f32) -> f32 {
+    pub fn share(&self, pdf_w: f32, pdf_found: impl FnOnce() -> f32) -> f32 {
         if self.is_delta {
-            1.0
-        } else {
-            self.heuristic.weight(self.pdf, pdf_w)
+            return 1.0;
+        }
+        match &self.sharing {
+            Sharing::Alike(heuristic) => heuristic.weight(self.pdf, pdf_w),
+            Sharing::Lamp { halves, is_hole } => {
+                let weight = if *is_hole {
+                    1.0
+                } else {
+                    Heuristic::Power.weight(self.pdf, pdf_w)
+                };
+                weight * halves.factor(pdf_found)
+            }
+            Sharing::EndlessSky { pdf_drawn } => Heuristic::Power.weight(*pdf_drawn, pdf_found()),
+        }
+    }
+
+    /// What it counts where nothing else looks for light: pbrt-v3 then heeds only what it draws.
+    #[inline]
+    pub fn share_alone(&self) -> f32 {
+        match &self.sharing {
+            Sharing::Lamp { halves, .. } if !halves.drawn => 0.0,
+            _ => 1.0,
+        }
+    }
+
+    /// The part of its radiance with which it lights the receiver, by all strategies together.
+    #[inline]
+    pub fn factor(&self, pdf_found: impl FnOnce() -> f32) -> f32 {
+        match &self.sharing {
+            Sharing::Lamp { halves, .. } => halves.factor(pdf_found),
+            Sharing::Alike(_) | Sharing::EndlessSky { .. } => 1.0,
+        }
+    }
+
+    /// Whether no direction finds it: it is a delta, or cut out of a lamp.
+    #[inline]
+    pub fn is_hidden(&self) -> bool {
+        self.is_delta || matches!(self.sharing, Sharing::Lamp { is_hole: true, .. })
+    }
+
+    /// If it is of a sky around a medium without end: what it counts beside all other strategies.
+    #[inline]
+    pub fn share_of_endless_sky(&self, pdf_found: impl FnOnce() -> f32) -> Option<f32> {
+        match &self.sharing {
+            Sharing::EndlessSky { pdf_drawn } => {
+                Some(Heuristic::Power.weight(*pdf_drawn, pdf_found()))
+            }
+            Sharing::Alike(_) | Sharing::Lamp { .. } => None,
         }
     }
 
@@ -70,20 +133,8 @@ impl World {
     #[inline]
     pub fn heuristic(&self, light: LightId) -> Heuristic {
         match self.light(light) {
-            Light::Infinite(_) => self.environment_heuristic(),
+            Light::Infinite(_) => ENVIRONMENT,
             _ => Heuristic::Power,
-        }
-    }
-
-    /// The same for lights at infinity. Samples of skies make up for what directions miss (see `light/environment.rs`), by
-    /// densities that add up. In a medium without end, as is around the camera, light that is drawn at infinity and light
-    /// that is found there are not the same: pictures are as pbrt-v3 weighs them.
-    #[inline]
-    pub fn environment_heuristic(&self) -> Heuristic {
-        if self.camera_medium.is_some() {
-            Heuristic::Power
-        } else {
-            Heuristic::Balance
         }
     }
 
@@ -99,7 +150,7 @@ impl World {
             Light::Distant(distant) => PI * radius * radius * distant.radiance.luminance() as f64,
             Light::Infinite(infinite) => infinite.power(radius),
             Light::Area(area) => {
-                let sides = if area.two_sided { 2.0 } else { 1.0 };
+                let sides = if area.lights_both_sides() { 2.0 } else { 1.0 };
                 let shape = &self.geometry(area.geometry).shape;
                 sides * PI * shape.area(area.element) * area.radiance.luminance() as f64
             }
@@ -205,13 +256,16 @@ impl World {
                     radiance: sample.radiance,
                     pdf: sample.pdf_w * pmf,
                     is_delta: false,
-                    heuristic: self.environment_heuristic(),
+                    sharing: match infinite.pdf_in_pbrt(wi) {
+                        None => Sharing::Alike(ENVIRONMENT),
+                        Some(pdf_drawn) => Sharing::EndlessSky { pdf_drawn },
+                    },
                     p: Point3::ZERO,
                     ng: Normal3::ZERO,
                     shadow: Segment::to_infinity(at, wi),
                 })
             }
-            Light::Area(area) => self.sample_area_light(area, at, u, pmf),
+            Light::Area(area) => self.sample_area_light(light, area, at, u, pmf),
         }
         .filter(|sample| !sample.radiance.is_black())
     }
@@ -240,7 +294,7 @@ impl World {
             radiance,
             pdf: pmf,
             is_delta: true,
-            heuristic: Heuristic::Power,
+            sharing: Sharing::Alike(Heuristic::Power),
             p: Point3::ZERO,
             ng: Normal3::ZERO,
             shadow,
@@ -249,6 +303,7 @@ impl World {
 
     fn sample_area_light(
         &self,
+        light: LightId,
         area: &AreaLight,
         at: &Receiver,
         u: [f32; 2],
@@ -260,11 +315,28 @@ impl World {
             geometry: area.geometry,
             element: area.element,
         };
-        if self.is_hole_at(target, sample.barycentric, sample.p) {
+        let is_hole = self.is_hole_at(target, sample.barycentric, sample.p);
+        if is_hole && !area.has_holes {
             return None;
         }
         let wi = (sample.p - at.p).try_normalize()?;
-        let radiance = area.le(sample.ng, -wi);
+        let (mut radiance, mut sharing) =
+            (area.le(sample.ng, -wi), Sharing::Alike(Heuristic::Power));
+        if area.lights_otherwise() {
+            let lamp = LampPoint {
+                light,
+                p: sample.p,
+                ng: sample.ng,
+                is_hole,
+            };
+            let halves = self.halves_of(area, &lamp, at.p, -wi);
+            radiance = if halves.drawn || halves.found {
+                area.radiance
+            } else {
+                Rgb::BLACK
+            };
+            sharing = Sharing::Lamp { halves, is_hole };
+        }
         let end = offset_origin(sample.p, sample.p_err, sample.ng, -wi);
         let aim = Aim {
             target,
@@ -276,7 +348,7 @@ impl World {
             radiance,
             pdf: sample.pdf_w * pmf,
             is_delta: false,
-            heuristic: Heuristic::Power,
+            sharing,
             p: sample.p,
             ng: sample.ng,
             shadow: Segment::new(at, end, wi, Some(aim)),
@@ -367,14 +439,19 @@ impl World {
             .unwrap_or_else(|| self.environment(ray.d))
     }
 
-    /// The same, each light weighed by `weight` of the density with which [`World::sample_light`] draws `w` on it for
-    /// a receiver.
+    /// The same as it is found from a receiver in a direction drawn with density `pdf_w`, beside samples of the lights by
+    /// [`World::sample_light`]. `pdf_found` is the density with which pbrt-v3 draws that direction, where pictures
+    /// depend on it.
     #[inline]
-    pub fn environment_weighted(&self, at: &Receiver, w: Vec3, weight: impl Fn(f32) -> f32) -> Rgb {
+    pub fn environment_onto(&self, at: &Receiver, pdf_w: f32, pdf_found: f32, w: Vec3) -> Rgb {
         self.infinite_lights()
             .map(|(id, light)| {
-                let (le, pdf_w) = light.le_and_pdf(w, at.wanted);
-                le * weight(pdf_w * self.light_pmf(at, id))
+                let (le, pdf_light) = light.le_and_pdf(w, at.wanted);
+                let weight = match light.pdf_in_pbrt(w) {
+                    None => ENVIRONMENT.weight(pdf_w, pdf_light * self.light_pmf(at, id)),
+                    Some(pdf_drawn) => Heuristic::Power.weight(pdf_found, pdf_drawn),
+                };
+                le * weight
             })
             .sum()
     }
@@ -420,6 +497,8 @@ mod tests {
                 element: 0,
                 radiance: Rgb::ONE,
                 two_sided: true,
+                is_turned: false,
+                has_holes: false,
             })],
             ..WorldParts::default()
         });

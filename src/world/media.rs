@@ -191,33 +191,11 @@ impl World {
 mod tests {
     use super::*;
     use crate::ids::{LightId, MaterialId, ObjectId};
-    use crate::light::{InfiniteLight, Light, Wanted};
+    use crate::light::Wanted;
     use crate::math::Transform;
-    use crate::medium::{Homogeneous, Medium};
-    use crate::sampling::mis::Heuristic;
-    use crate::scatter::HenyeyGreenstein;
     use crate::shape::quadric::{Form, Sphere};
     use crate::shape::{Quadric, Shape};
     use crate::world::{Cutout, Geometry, Receiver, WorldParts};
-
-    #[test]
-    fn skies_are_weighed_as_in_pbrt_where_the_camera_is_in_a_medium() {
-        let fog = || {
-            let phase = HenyeyGreenstein { g: 0.0 };
-            Medium::Homogeneous(Homogeneous::new(Rgb::ONE, Rgb::ONE, phase))
-        };
-        let world = |camera_medium: MediumId| {
-            World::new(WorldParts {
-                media: vec![fog()],
-                camera_medium,
-                lights: vec![Light::Infinite(Box::new(InfiniteLight::constant(Rgb::ONE)))],
-                ..WorldParts::default()
-            })
-        };
-        let heuristic = |camera_medium| world(camera_medium).heuristic(LightId::new(0));
-        assert_eq!(heuristic(MediumId::NONE), Heuristic::Balance);
-        assert_eq!(heuristic(MediumId::new(0)), Heuristic::Power);
-    }
 
     #[test]
     fn v19_shadow_rays_that_cross_more_than_there_is_are_black_and_counted() {

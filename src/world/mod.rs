@@ -8,6 +8,7 @@ pub mod cutout;
 pub mod emission;
 pub mod instance;
 mod items;
+pub mod lamps;
 pub mod lighting;
 pub mod media;
 pub mod segment;
@@ -32,6 +33,7 @@ pub use cutout::Cutout;
 pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
 use items::Slot;
+pub use lamps::{Halves, LampPoint};
 pub use lighting::{LightSample, Receiver};
 pub use media::{MediumInterface, ShadowTally};
 pub use segment::{Aim, Segment};
@@ -96,8 +98,20 @@ pub struct Facts {
     pub has_points_in_fog: bool,
     /// Some surface emits.
     pub has_lamps: bool,
+    /// Some lamp lights otherwise than it shows.
+    pub has_odd_lamps: bool,
+    /// Some sky may be around a medium without end: what it brings is shared as in pbrt-v3.
+    pub has_endless_sky: bool,
     /// Some light is negative in some channel: so may radiances be, which are a sign of a fault elsewhere.
     pub has_negative_light: bool,
+}
+
+impl Facts {
+    /// Whether pictures depend on the densities with which pbrt-v3 draws directions.
+    #[inline]
+    pub fn asks_pbrt(&self) -> bool {
+        self.has_odd_lamps || self.has_endless_sky
+    }
 }
 
 /// Parts of a world, ready to be frozen.
@@ -226,13 +240,26 @@ impl World {
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
             has_lamps: parts.geometries.iter().any(|g| g.first_light.is_some()),
+            has_odd_lamps: parts.lights.iter().any(Light::lights_otherwise),
+            has_endless_sky: bounded_media.contains(&false)
+                && parts
+                    .lights
+                    .iter()
+                    .any(|light| matches!(light, Light::Infinite(_))),
             has_negative_light: parts.lights.iter().any(Light::is_partly_negative),
         };
         let veils = if parts.draws_light_in_media {
-            Veils::new(&parts.media, parts.camera_medium, &mut parts.lights)
+            Veils::new(&parts.media, &mut parts.lights)
         } else {
             Veils::default()
         };
+        if facts.has_endless_sky {
+            for light in &mut parts.lights {
+                if let Light::Infinite(infinite) = light {
+                    infinite.weigh_as_pbrt();
+                }
+            }
+        }
         let infinite_lights = (0..parts.lights.len())
             .filter(|&i| matches!(parts.lights[i], Light::Infinite(_)))
             .map(LightId::new)

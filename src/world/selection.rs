@@ -253,7 +253,7 @@ impl World {
             axis,
             spread,
             reach: FRAC_PI_2,
-            two_sided: area.two_sided,
+            two_sided: area.lights_both_sides(),
             intensity,
         }
     }

@@ -17,16 +17,14 @@ pub(super) struct Veils {
 }
 
 impl Veils {
-    /// Prepares skies for them. Where the medium around the camera has no end, all light is wanted alike: pictures depend on
-    /// densities there, see [`World::environment_heuristic`].
-    pub(super) fn new(media: &[Medium], around_camera: MediumId, lights: &mut [Light]) -> Self {
+    /// Prepares skies for them.
+    pub(super) fn new(media: &[Medium], lights: &mut [Light]) -> Self {
         let has_map = |light: &&Light| matches!(light, Light::Infinite(light) if light.has_map());
         let n_skies = lights.iter().filter(has_map).count();
         let n_veiled = media.iter().filter(|medium| medium.veils()).count();
         let n_most = MOST.checked_div(n_veiled * n_skies).unwrap_or(0);
-        let is_endless = around_camera.is_some() && !media[around_camera.index()].veils();
         // One block for all of a grid tells nothing apart.
-        if n_most < 2 || is_endless {
+        if n_most < 2 {
             return Self::default();
         }
         let veils: Vec<Option<Veil>> = media.iter().map(|medium| medium.veil(n_most)).collect();

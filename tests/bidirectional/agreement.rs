@@ -45,6 +45,56 @@ fn bdpt_is_path_tracing_under_lights_of_every_kind() {
     }
 }
 
+/// Lamps that light otherwise than they show.
+const ODD_LAMPS: &[(&str, &str)] = &[
+    (
+        "alpha 0",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]\n\
+         Shape \"trianglemesh\" \"point P\" [-1 1.5 -1  0 2 -1  0 1.5 .5] \"integer indices\" [0 1 2] \"float alpha\" 0\n\
+         AttributeEnd\n",
+    ),
+    (
+        "partly cut out, reversed normals",
+        "Texture \"mask\" \"float\" \"checkerboard\" \"float uscale\" 3 \"float vscale\" 3 \"float tex1\" 0 \"float tex2\" 1\n\
+         AttributeBegin ReverseOrientation AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]\n\
+         Shape \"trianglemesh\" \"point P\" [-1 1.5 -1  0 2 -1  0 1.5 .5] \"integer indices\" [0 1 2]\n\
+         \"normal N\" [0 -1 0 0 -1 0 0 -1 0] \"texture alpha\" \"mask\" AttributeEnd\n",
+    ),
+    (
+        "mirrored sphere",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [6 5 4] Translate .3 1.8 -.3 Scale -1 1 1\n\
+         Shape \"sphere\" \"float radius\" .3 AttributeEnd\n",
+    ),
+    (
+        "mirrored part of a sphere",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [6 5 4] Translate .3 1.6 -.3 Rotate 80 1 0 0 Scale -1 1 1\n\
+         Shape \"sphere\" \"float radius\" .5 \"float zmax\" .3 AttributeEnd\n",
+    ),
+    (
+        "mirrored, reversed cylinder",
+        "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [6 5 4] Translate .3 1.6 -.3 Scale -1 1 1 ReverseOrientation\n\
+         Shape \"cylinder\" \"float radius\" .4 \"float zmin\" -.4 \"float zmax\" .4 AttributeEnd\n",
+    ),
+];
+
+/// A ball of rough glass before the others, which sends light of lamps on to both sides.
+const ROUGH_BALL: &str = "AttributeBegin Material \"glass\" \"float uroughness\" .3 \"float vroughness\" .3\n\
+     Translate 0 .4 -1 Shape \"sphere\" \"float radius\" .35 AttributeEnd\n";
+
+#[test]
+fn odd_lamps_light_alike_from_both_ends() {
+    for (name, lamp) in ODD_LAMPS {
+        assert_agree(PATH, CAMERA, &format!("{ROOM}{ROUGH_BALL}{lamp}"), name);
+    }
+}
+
+#[test]
+fn odd_lamps_light_fog_alike_from_both_ends() {
+    for (name, lamp) in ODD_LAMPS {
+        assert_agree(VOLPATH, CAMERA, &fog(lamp), name);
+    }
+}
+
 #[test]
 fn the_comparison_sees_a_strategy_that_is_missing() {
     // Two scattering events less are as if the longest paths, some percent of the light, had been forgotten.

@@ -62,6 +62,7 @@ pub(crate) fn compile_scene(
         "biased-in-pbrt",
         "bright-material",
         "ignored-scattering",
+        "instanced-area-light",
         "negative-colour",
     ];
     findings

@@ -2,14 +2,17 @@
 
 use std::f64::consts::PI;
 
-use tyndall::math::Vec3;
+use glam::DVec3;
+use tyndall::math::{Frame, Normal3, Vec3};
+use tyndall::sampling::warp::uniform_sphere;
 use tyndall::scatter::microfacet::mirror;
 use tyndall::scatter::{Bsdf, LobeSample, TransportMode};
 use tyndall_test_support::chi2::{Chi2, Domain, Hemisphere, Sphere};
 use tyndall_test_support::{Uniform, Verdict, assert_close};
 
 use crate::cases::{
-    WIDTHS, any_direction, ends, narrow_lobes, smooth_lobes, surface, views, widths,
+    LOSSLESS, WIDTHS, any_direction, ends, metal, narrow_lobes, smooth_lobes, surface, views,
+    widths,
 };
 
 /// Unit vectors. Its poles, where cells are coarse, lie in the surface.
@@ -179,6 +182,107 @@ fn the_judge_rejects_a_density_for_normals_of_another_width() {
         );
         assert!(!verdict.accepted(), "{alpha:?}");
     }
+}
+
+/// pbrt-v3's density of facets with normal `h` that are seen from `wo`, by tangents and azimuths as its book has them.
+fn facets_in_pbrt(alpha: [f64; 2], wo: DVec3, h: DVec3) -> f64 {
+    let slope = |w: DVec3, squared: bool| {
+        let sin2 = w.x * w.x + w.y * w.y;
+        let (c, s) = (w.x * w.x / sin2, w.y * w.y / sin2);
+        let tan2 = sin2 / (w.z * w.z);
+        let [x, y] = alpha.map(|a| if squared { a * a } else { 1.0 / (a * a) });
+        (c * x + s * y) * tan2
+    };
+    let d = 1.0 / (PI * alpha[0] * alpha[1] * h.z.powi(4) * (1.0 + slope(h, false)).powi(2));
+    let lambda = 0.5 * ((1.0 + slope(wo, true)).sqrt() - 1.0);
+    d / (1.0 + lambda) * wo.dot(h).abs() / wo.z.abs()
+}
+
+#[test]
+fn densities_of_pbrt_are_means_over_its_lobes() {
+    use tyndall::scatter::Bxdf;
+    use tyndall::scatter::diffuse::Diffuse;
+    use tyndall::scatter::disney::DisneyBase;
+    use tyndall::scatter::fresnel_blend::FresnelBlend;
+    use tyndall::scatter::rough_dielectric::RoughDielectric;
+    use tyndall::scatter::specular::Mirror;
+    use tyndall::spectrum::Rgb;
+    let (alpha, eta) = ([0.3f32, 0.7], 1.5f64);
+    let wide = alpha.map(f64::from);
+    let grey = Rgb::splat(0.4);
+    let cosine = |wo: DVec3, wi: DVec3| {
+        if wo.z * wi.z > 0.0 {
+            wi.z.abs() / PI
+        } else {
+            0.0
+        }
+    };
+    let mirrored = |wo: DVec3, wi: DVec3| {
+        let h = (wo + wi).normalize();
+        let is_there = if wo.z * wi.z > 0.0 { 1.0 } else { 0.0 };
+        is_there * facets_in_pbrt(wide, wo, h) / (4.0 * wo.dot(h))
+    };
+    let refracted = |wo: DVec3, wi: DVec3| {
+        let eta = if wo.z > 0.0 { eta } else { 1.0 / eta };
+        let h = (wo + wi * eta).normalize();
+        if wo.z * wi.z > 0.0 || wo.dot(h) * wi.dot(h) > 0.0 {
+            return 0.0;
+        }
+        let dh_dwi = eta * eta * wi.dot(h).abs() / (wo.dot(h) + eta * wi.dot(h)).powi(2);
+        facets_in_pbrt(wide, wo, h) * dh_dwi
+    };
+    let widths = widths(alpha);
+    let glass = |kr: Rgb| RoughDielectric::lobe(kr, grey, widths, eta as f32);
+    let blend = Bxdf::FresnelBlend(FresnelBlend {
+        rd: grey,
+        rs: grey,
+        distribution: widths,
+    });
+    let base = Bxdf::DisneyBase(DisneyBase {
+        diffuse: grey,
+        flat: grey,
+        retro: grey,
+        sheen: grey,
+        roughness: 0.5,
+        n_lobes_in_pbrt: 4,
+    });
+    let matte = Bxdf::Diffuse(Diffuse::new(grey, 20.0));
+    let mirror = Bxdf::Mirror(Mirror { kr: Rgb::ONE });
+    let metal = metal(alpha, LOSSLESS);
+    // Lobes, and how often each of the three densities counts.
+    let cases: [(&[Bxdf], [f64; 3]); 6] = [
+        (&[matte, mirror], [1.0, 0.0, 0.0]),
+        (&[matte, metal], [1.0, 1.0, 0.0]),
+        (&[matte, glass(grey), mirror], [1.0, 1.0, 1.0]),
+        (&[glass(Rgb::BLACK), metal], [0.0, 1.0, 1.0]),
+        (&[blend, metal], [0.5, 1.5, 0.0]),
+        (&[base, metal], [4.0, 1.0, 0.0]),
+    ];
+    let mut random = Uniform::new(9);
+    for (lobes, counts) in cases {
+        let mut bsdf = Bsdf::new(
+            Frame::from_z(Vec3::new(0.0, 0.0, 1.0)),
+            Normal3::new(0.0, 0.0, 1.0),
+        );
+        lobes.iter().for_each(|&lobe| bsdf.add(lobe));
+        for _ in 0..500 {
+            let [wo, wi] = [(); 2].map(|()| uniform_sphere(random.unit2()));
+            let (o, i) = (local(&bsdf, wo), local(&bsdf, wi));
+            let parts = [cosine(o, i), mirrored(o, i), refracted(o, i)];
+            let sum: f64 = parts.iter().zip(counts).map(|(part, n)| part * n).sum();
+            let expected = sum / counts.iter().sum::<f64>();
+            let found = f64::from(bsdf.pdf_in_pbrt(wo, wi));
+            let off = (found - expected).abs();
+            assert!(
+                off <= 1e-3 * expected + 1e-6,
+                "{lobes:?} {o} {i}: {found} is not {expected}"
+            );
+        }
+    }
+}
+
+fn local(bsdf: &Bsdf, w: Vec3) -> DVec3 {
+    bsdf.frame().to_local(w).to_f64()
 }
 
 #[test]

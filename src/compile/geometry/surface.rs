@@ -13,6 +13,7 @@ use crate::compile::textures::TextureBuilder;
 use crate::compile::{lights, lookup};
 use crate::describe::description::{AreaLightRef, Entity, Frame};
 use crate::ids::{MaterialId, MediumId};
+use crate::math::Transform;
 use crate::shape::curve::CurveStyle;
 use crate::spectrum::Rgb;
 use crate::texture::FloatSource;
@@ -35,6 +36,10 @@ pub(super) struct Surface {
 pub(super) struct Emission {
     pub(super) radiance: Rgb,
     pub(super) two_sided: bool,
+    /// See [`crate::light::AreaLight::is_turned`].
+    pub(super) is_turned: bool,
+    /// See [`crate::light::AreaLight::has_holes`].
+    pub(super) has_holes: bool,
     pub(super) n_samples: u32,
 }
 
@@ -49,12 +54,13 @@ pub(in crate::compile) struct Builders<'a> {
 }
 
 impl Builders<'_> {
-    /// The surface of a shape. `area_lights` remembers the look at each `AreaLightSource`, however many shapes emit by
+    /// The surface of a shape, which is `in_object` if instances place it. `area_lights` remembers the look at each `AreaLightSource`, however many shapes emit by
     /// it.
     pub(super) fn surface(
         &mut self,
         shape: &LocalShape,
         frame: &Frame,
+        in_object: bool,
         area_lights: &mut [Option<Option<Emission>>],
         diagnostics: &mut Diagnostics,
     ) -> Surface {
@@ -82,15 +88,24 @@ impl Builders<'_> {
         if let (Some(emission), Local::Curves(source)) = (&mut emission, &shape.local) {
             emission.two_sided |= source.style != CurveStyle::Ribbon;
         }
+        let cutout = Cutout {
+            alpha: self.mask(shape.masks.alpha, diagnostics),
+            shadow_alpha: self.mask(shape.masks.shadow_alpha, diagnostics),
+        };
+        // pbrt-v3 draws no points on lamps in instances.
+        if let Some(emission) = &mut emission
+            && !in_object
+            && let Some(world_from_object) = shape.still()
+        {
+            emission.is_turned = turns(shape, world_from_object);
+            emission.has_holes = cutout.alpha.is_some();
+        }
         let surface = Surface {
             material,
             media,
             medium_outside,
             emission,
-            cutout: Cutout {
-                alpha: self.mask(shape.masks.alpha, diagnostics),
-                shadow_alpha: self.mask(shape.masks.shadow_alpha, diagnostics),
-            },
+            cutout,
         };
         if surface.emission.is_some() {
             warn_of_bias(shape, &surface, diagnostics);
@@ -137,29 +152,76 @@ fn area_light(
     Some(Emission {
         radiance: radiance?,
         two_sided,
+        is_turned: false,
+        has_holes: false,
         n_samples,
     })
+}
+
+impl Surface {
+    /// Whether nothing of it shows or lights.
+    pub(super) fn is_nothing(&self) -> bool {
+        let is_hole = matches!(self.cutout.alpha, Some(FloatSource::Constant(0.0)));
+        is_hole && self.emission.is_none_or(|emission| !emission.has_holes)
+    }
+}
+
+/// The quadrics on which pbrt-v3 draws points.
+const DRAWN_ON: [&str; 3] = ["sphere", "disk", "cylinder"];
+
+/// Whether points that pbrt-v3 draws on a lamp have normals opposite to those that rays find: on quadrics it does not heed
+/// that they are mirrored, on meshes with normals that they are reversed. Those with tangents alone are reversed
+/// there, and for rays twice, which is not at all.
+fn turns(shape: &LocalShape, world_from_object: &Transform) -> bool {
+    let entity = &shape.entity;
+    match &shape.local {
+        Local::Curves(_) => false,
+        Local::Form(_) => {
+            DRAWN_ON.contains(&entity.entity.kind.value.as_str())
+                && world_from_object.swaps_handedness()
+        }
+        Local::Mesh(mesh) => {
+            entity.reverse_orientation && !(mesh.normals.is_empty() && mesh.tangents.is_empty())
+        }
+    }
 }
 
 /// Scales within this of 1 are what composing rotations leaves.
 const UNSCALED: f64 = 1e-6;
 
-/// Says where pbrt-v3's light sampling disagrees with its own surfaces: its picture is biased, and ours differs.
+/// Says where pbrt-v3's light sampling disagrees with its own surfaces, and what is made of that.
 fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnostics) {
     let [world_from_object, _] = shape.world_from_object.ends();
     let entity = &shape.entity;
     let kind = entity.entity.kind.value.as_str();
-    let mut warn = |what: &str| {
+    const AS_SEEN: &str = "sampled here as it is seen";
+    const TURNED: &str = "kept: one side shows, the other one lights";
+    const HOLES: &str = "kept: what is cut out lights without being seen";
+    let mut warn_with = |what: &str, label: &str| {
         let message = format!("pbrt-v3 renders this light biased: {what}");
         diagnostics.push(
-            Diagnostic::warning("biased-in-pbrt", entity.entity.span, message)
-                .with_label("sampled here as it is seen"),
+            Diagnostic::warning("biased-in-pbrt", entity.entity.span, message).with_label(label),
         );
     };
+    let emission = surface.emission.as_ref();
+    if emission.is_some_and(|emission| emission.is_turned && !emission.two_sided) {
+        let what = match &shape.local {
+            Local::Mesh(_) => "a reversed mesh with normals or tangents",
+            Local::Form(_) | Local::Curves(_) => "a mirrored quadric",
+        };
+        warn_with(&format!("it samples the other side of {what}"), TURNED);
+    }
+    if emission.is_some_and(|emission| emission.has_holes) {
+        warn_with(
+            "what its alpha mask cuts out lights others all the same",
+            HOLES,
+        );
+    }
+    let mut warn = |what: &str| warn_with(what, AS_SEEN);
     match &shape.local {
         // What cannot be sampled in pbrt-v3 ends its run.
-        Local::Curves(_) => {}
-        Local::Form(_) if !["sphere", "disk", "cylinder"].contains(&kind) => {}
+        Local::Curves(_) | Local::Mesh(_) => {}
+        Local::Form(_) if !DRAWN_ON.contains(&kind) => {}
         Local::Form(form) => {
             let scale = world_from_object.uniform_scale(UNSCALED);
             if !scale.is_some_and(|scale| (scale - 1.0).abs() <= UNSCALED) {
@@ -168,19 +230,7 @@ fn warn_of_bias(shape: &LocalShape, surface: &Surface, diagnostics: &mut Diagnos
             if !form.is_whole() && kind != "cylinder" {
                 warn("it samples parts of quadrics as the whole");
             }
-            if world_from_object.swaps_handedness() {
-                warn("it samples the other side of a mirrored quadric");
-            }
         }
-        Local::Mesh(mesh) => {
-            let has_frame = !mesh.normals.is_empty() || !mesh.tangents.is_empty();
-            if entity.reverse_orientation && has_frame {
-                warn("it samples the other side of a reversed mesh with normals or tangents");
-            }
-        }
-    }
-    if surface.cutout.alpha.is_some() {
-        warn("what its alpha mask cuts out lights others all the same");
     }
     if !surface.material.is_some() {
         warn("it leaves out half of the light of surfaces without a material");

@@ -1,11 +1,14 @@
 //! The strategies: how a path is found as a whole from two parts.
 
+use crate::ids::LightId;
 use crate::integrator::bdpt::strategy::Contribution;
-use crate::integrator::bdpt::subpath::End;
+use crate::integrator::bdpt::subpath::{End, lamp_factor};
 use crate::integrator::bdpt::vertex::{Kind, Vertex};
 use crate::integrator::bdpt::weights::{Density, Ends, weight};
 use crate::integrator::bdpt::{Numbers, Tracer};
 use crate::light::Light;
+use crate::math::Vec3;
+use crate::sampling::mis::Heuristic;
 
 impl Tracer<'_> {
     /// The camera path meets a light: no vertex of the light path.
@@ -28,6 +31,9 @@ impl Tracer<'_> {
             return found(1.0);
         }
         let before = &self.camera_path[n_before - 1];
+        if let Some(share) = self.share_of_endless_sky(light, before, d) {
+            return found(share);
+        }
         let (emitted, other) = self.emission_densities(light, p, ng, before, -d);
         let ends = Ends {
             direct: self.direct_density(light, p, ng, before, d),
@@ -63,7 +69,9 @@ impl Tracer<'_> {
             return Contribution::NONE;
         };
         let (wi, wo) = (sample.wi, vertex.wo);
-        let found = vertex.beta * vertex.passes_from(wi) * sample.radiance;
+        let pdf_found = || vertex.pdf_in_pbrt(wo, wi);
+        let lit = sample.radiance * sample.factor(pdf_found);
+        let found = vertex.beta * vertex.passes_from(wi) * lit;
         if found.is_black() {
             return Contribution::NONE;
         }
@@ -77,7 +85,7 @@ impl Tracer<'_> {
         let ends = Ends {
             direct,
             emitted,
-            is_delta_light: sample.is_delta,
+            is_delta_light: sample.is_hidden(),
             reaches_film: self.film.is_some(),
             steadiness,
         };
@@ -86,6 +94,7 @@ impl Tracer<'_> {
         on_light.ng = sample.ng;
         let camera = on_light.density(vertex.p, vertex.pdf_w(wo, wi));
         let back = vertex.pdf_w(wi, wo);
+        let share_of_sky = sample.share_of_endless_sky(pdf_found);
         let medium = vertex.medium_toward(self.world, wi);
         self.densities.clear();
         self.densities.push(Density {
@@ -99,7 +108,11 @@ impl Tracer<'_> {
         self.densities[1].specular = false;
         self.set_back(t, 1, back);
         let pdf = f64::from(sample.pdf);
-        let weighted_factor = weight(&self.densities, &ends, 1) / pdf;
+        let weight = match share_of_sky {
+            Some(share) => f64::from(share),
+            None => weight(&self.densities, &ends, 1),
+        };
+        let weighted_factor = weight / pdf;
         if weighted_factor == 0.0 {
             return Contribution::NONE;
         }
@@ -124,7 +137,7 @@ impl Tracer<'_> {
             return Contribution::NONE;
         };
         let passed = camera.passes_from(wi) * light.passes_to(-wi);
-        let found = passed * light.beta * camera.beta;
+        let found = passed * light.beta * camera.beta * self.factor_of_start(s, -wi);
         if found.is_black() {
             return Contribution::NONE;
         }
@@ -176,7 +189,7 @@ impl Tracer<'_> {
             .sample_arrival(vertex.p, u_lens, self.time)
             .filter(|arrival| arrival.in_frame)?;
         let w = (arrival.p - vertex.p).try_normalize()?;
-        let found = vertex.beta * vertex.passes_to(w);
+        let found = vertex.beta * vertex.passes_to(w) * self.factor_of_start(s, w);
         if found.is_black() {
             return None;
         }
@@ -220,6 +233,31 @@ impl Tracer<'_> {
         (!found.weighted().is_black()).then_some((arrival.raster, found))
     }
 
+    /// What a sky counts that the camera path has found in the direction `d` from the vertex `before`, if it is around a
+    /// medium without end; light that mirrors show is found by nothing else.
+    fn share_of_endless_sky(&self, light: LightId, before: &Vertex, d: Vec3) -> Option<f64> {
+        let Light::Infinite(infinite) = self.world.light(light) else {
+            return None;
+        };
+        let pdf_drawn = infinite.pdf_in_pbrt(d)?;
+        Some(if before.specular {
+            1.0
+        } else {
+            let pdf_found = before.pdf_in_pbrt(before.wo, d);
+            f64::from(Heuristic::Power.weight(pdf_found, pdf_drawn))
+        })
+    }
+
+    /// What the light path counts where its last of `s` vertices sends light toward `w`: a lamp that lights otherwise than
+    /// it shows does so at the second.
+    fn factor_of_start(&self, s: usize, w: Vec3) -> f32 {
+        if s != 2 || !self.world.facts().has_odd_lamps {
+            return 1.0;
+        }
+        let (start, vertex) = (&self.light_path[0], &self.light_path[1]);
+        lamp_factor(self.world, start, self.starts_in_hole, vertex, w, false)
+    }
+
     /// What is particular at the ends of paths that start with the first two vertices of the light path.
     fn light_ends(&self) -> Ends {
         let (start, next) = (&self.light_path[0], &self.light_path[1]);
@@ -229,7 +267,7 @@ impl Tracer<'_> {
                     self.emission_densities(light, start.p, start.ng, next, -start.wo);
                 let is_delta =
                     !matches!(self.world.light(light), Light::Area(_) | Light::Infinite(_));
-                (emitted, is_delta)
+                (emitted, is_delta || self.starts_in_hole)
             }
             Kind::Camera | Kind::Surface(_) | Kind::Medium(_) => (0.0, true),
         };

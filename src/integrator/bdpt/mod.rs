@@ -203,6 +203,8 @@ pub struct Tracer<'a> {
     light_path: Vec<Vertex<'a>>,
     /// For the light path: density of its first point if drawn for its second.
     light_direct: f64,
+    /// Its first point is in a hole of a lamp.
+    starts_in_hole: bool,
     densities: Vec<Density>,
     time: f32,
     /// For tracking through media.
@@ -228,6 +230,7 @@ impl<'a> Tracer<'a> {
             ends: Vec::new(),
             light_path: Vec::new(),
             light_direct: 0.0,
+            starts_in_hole: false,
             densities: Vec::new(),
             time: 0.0,
             rng: Rng::new(0),

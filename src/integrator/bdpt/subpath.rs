@@ -11,7 +11,7 @@ use crate::medium::MediumEvent;
 use crate::scatter::TransportMode;
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
-use crate::world::{Hit, World, spawn_ray};
+use crate::world::{Hit, LampPoint, World, spawn_ray};
 
 /// Vertices after which Russian roulette may end a path. Weights need not know: each strategy keeps its expectation, and
 /// the weights of all of them still sum to 1.
@@ -101,6 +101,11 @@ impl<'a> Tracer<'a> {
         };
         let kind = Kind::of_light(self.world, light);
         let is_far = matches!(kind, Kind::FarLight(_));
+        // What comes from afar through a medium without end is what light sampling makes of it.
+        if is_far && self.world.facts().has_endless_sky {
+            return;
+        }
+        self.starts_in_hole = sample.is_hole;
         let mut start = Vertex::start(kind, sample.p, sample.medium);
         (start.p_err, start.ng, start.wo) = (sample.p_err, sample.ng, -sample.d);
         self.light_path.push(start);
@@ -273,6 +278,16 @@ impl<'a> Tracer<'a> {
             return false;
         };
         vertex.specular = specular;
+        if matches!(head.from, Side::Light) && self.world.facts().has_odd_lamps {
+            head.beta *= lamp_factor(
+                self.world,
+                before,
+                self.starts_in_hole,
+                &vertex,
+                wi,
+                specular,
+            );
+        }
         before.pdf_other = if specular {
             0.0
         } else {
@@ -320,9 +335,17 @@ impl<'a> Tracer<'a> {
     }
 
     fn meet_emitter(&mut self, head: &Head, hit: &Hit, surface: &SurfacePoint, path: &[Vertex]) {
-        let emitted = self.world.emitted(hit, surface, -head.ray.d);
+        let Some(before) = path.last() else {
+            return;
+        };
+        let d = head.ray.d;
+        let emitted = if path.len() == 1 || before.specular || !self.world.facts().has_odd_lamps {
+            self.world.emitted(hit, surface, -d)
+        } else {
+            let (at, pdf_found) = (before.receiver(self.time), before.pdf_in_pbrt(before.wo, d));
+            self.world.emitted_onto(&at, pdf_found, hit, surface, -d)
+        };
         if let Some((light, le)) = emitted
-            && let Some(before) = path.last()
             && !le.is_black()
         {
             self.ends.push(End {
@@ -330,7 +353,7 @@ impl<'a> Tracer<'a> {
                 n_before: path.len(),
                 p: surface.p,
                 ng: surface.ng,
-                d: head.ray.d,
+                d,
                 radiance: head.beta * le,
                 pdf_own: density_at(surface.p, surface.ng, before.p, head.pdf),
             });
@@ -378,7 +401,9 @@ impl<'a> Tracer<'a> {
         let (pdf_pos, pdf_dir) = self.emitters.pdf_emission(self.world, light, p, ng, d);
         let (pdf_pos, pdf_dir) = (f64::from(pdf_pos), f64::from(pdf_dir));
         let from_afar = || far_density(self.world, next.p, next.ng, d, pdf_pos);
+        let starts_afar = !self.world.facts().has_endless_sky;
         match self.world.light(light) {
+            Light::Distant(_) | Light::Infinite(_) if !starts_afar => (0.0, 0.0),
             Light::Distant(_) => (pmf, from_afar()),
             Light::Infinite(_) => (pmf * pdf_dir, from_afar()),
             Light::Area(_) => (pmf * pdf_pos, next.density(p, pdf_dir)),
@@ -387,6 +412,29 @@ impl<'a> Tracer<'a> {
             }
         }
     }
+}
+
+/// What the second vertex of a light path counts, which sends light toward `wi`, specularly or not: for lamps that light
+/// otherwise than they show.
+pub(super) fn lamp_factor(
+    world: &World,
+    start: &Vertex,
+    is_hole: bool,
+    vertex: &Vertex,
+    wi: Vec3,
+    specular: bool,
+) -> f32 {
+    let Kind::Light(light) = start.kind else {
+        return 1.0;
+    };
+    let lamp = LampPoint {
+        light,
+        p: start.p,
+        ng: start.ng,
+        is_hole,
+    };
+    let pdf_found = || vertex.pdf_in_pbrt(wi, vertex.wo);
+    world.lamp_factor(&lamp, vertex.p, -vertex.wo, specular, pdf_found)
 }
 
 /// Density of a point for light from far away that starts on a disk as wide as the scene, with density `pdf_pos`: a

@@ -155,6 +155,15 @@ impl<'a> Vertex<'a> {
         }
     }
 
+    /// Density in sr⁻¹ with which pbrt-v3 draws the direction `to` for a path that comes from `from`.
+    pub(super) fn pdf_in_pbrt(&self, from: Vec3, to: Vec3) -> f32 {
+        match &self.kind {
+            Kind::Surface(bsdf) => bsdf.pdf_in_pbrt(from, to),
+            Kind::Medium(phase) => phase.p(from, to),
+            Kind::Camera | Kind::Light(_) | Kind::FarLight(_) => 0.0,
+        }
+    }
+
     /// Density of this vertex for a path that leaves `from` with density `pdf_w` per solid angle.
     pub(super) fn density(&self, from: Point3, pdf_w: f64) -> f64 {
         match self.kind {

@@ -31,7 +31,12 @@ pub(super) enum Origin {
     /// From the camera or a specular bounce: light sampling cannot find what it finds.
     Certain,
     /// Drawn at a point with a density that light sampling competes with.
-    Drawn { at: Receiver, pdf_w: f32 },
+    Drawn {
+        at: Receiver,
+        pdf_w: f32,
+        /// Density with which pbrt-v3 draws the direction; 0 where no picture depends on it.
+        pdf_found: f32,
+    },
     /// Light was looked for by other rays, or the model lets none through.
     Hidden,
 }
@@ -95,11 +100,11 @@ impl<O: Observer> State<'_, O> {
         let w = self.ray.d;
         let le = match self.origin {
             Origin::Certain => self.world.environment(w),
-            Origin::Drawn { at, pdf_w } => {
-                let heuristic = self.world.environment_heuristic();
-                self.world
-                    .environment_weighted(&at, w, |pdf_light| heuristic.weight(pdf_w, pdf_light))
-            }
+            Origin::Drawn {
+                at,
+                pdf_w,
+                pdf_found,
+            } => self.world.environment_onto(&at, pdf_w, pdf_found, w),
             Origin::Hidden => return,
         };
         self.find(LightId::NONE, le, 1.0);
@@ -118,19 +123,23 @@ impl<O: Observer> State<'_, O> {
 
     /// Adds the emission of the surface the path has met.
     pub(super) fn add_emission(&mut self, hit: &Hit, surface: &SurfacePoint) {
-        let Some((light, le)) = self.world.emitted(hit, surface, -self.ray.d) else {
-            return;
-        };
-        if le.is_black() {
-            return;
-        }
-        let weight = match self.origin {
-            Origin::Certain => 1.0,
-            Origin::Drawn { at, pdf_w } => {
-                let pdf_light = self.world.pdf_of_hit(light, hit, surface, &at);
-                Heuristic::Power.weight(pdf_w, pdf_light)
+        let (world, wo) = (self.world, -self.ray.d);
+        let emitted = match &self.origin {
+            Origin::Certain => world.emitted(hit, surface, wo),
+            Origin::Drawn { at, pdf_found, .. } => {
+                world.emitted_onto(at, *pdf_found, hit, surface, wo)
             }
             Origin::Hidden => return,
+        };
+        let Some((light, le)) = emitted.filter(|(_, le)| !le.is_black()) else {
+            return;
+        };
+        let weight = match self.origin {
+            Origin::Drawn { at, pdf_w, .. } => {
+                let pdf_light = world.pdf_of_hit(light, hit, surface, &at);
+                Heuristic::Power.weight(pdf_w, pdf_light)
+            }
+            Origin::Certain | Origin::Hidden => 1.0,
         };
         self.find(light, le, weight);
     }
@@ -233,7 +242,7 @@ impl<O: Observer> State<'_, O> {
                 let density = phase.p(wo, sample.wi);
                 let weight = match fog {
                     Some(fog) if sample.is_delta => fog.weight_by_extinction(t, p, light, pmf),
-                    _ => sample.weight(density * per_light),
+                    _ => sample.share(density * per_light, || density),
                 };
                 let f = Rgb::splat(density);
                 self.add_light::<true>(&sample, f, weight * per_light, medium);
@@ -244,9 +253,12 @@ impl<O: Observer> State<'_, O> {
         self.origin = if phase.is_delta() {
             Origin::Certain
         } else {
-            // Beside so many samples of lights.
-            let pdf_w = pdf_w * per_light;
-            Origin::Drawn { at, pdf_w }
+            Origin::Drawn {
+                at,
+                // Beside so many samples of lights.
+                pdf_w: pdf_w * per_light,
+                pdf_found: pdf_w,
+            }
         };
         self.ray = Ray {
             o: p,
@@ -337,18 +349,12 @@ impl<O: Observer> State<'_, O> {
                 MediumId::NONE
             }
         };
-        // Where a medium may have no end, pictures depend on the densities of light: they are pbrt-v3's.
-        let has_end = |medium: MediumId| !medium.is_some() || world.is_bounded(medium);
-        let is_endless = VOLUMETRIC && !(has_end(self.medium) && has_end(world.camera_medium()));
         let (u_light, u) = (self.sampler.get_1d_fine(), self.sampler.get_2d());
         let at = Receiver {
             p: surface.p,
             p_err: surface.p_err,
             ng: surface.ng,
-            wanted: match bsdf.facing(wo) {
-                Some(normal) if !is_endless => Wanted::Facing(normal),
-                _ => Wanted::All,
-            },
+            wanted: bsdf.facing(wo).map_or(Wanted::All, Wanted::Facing),
             time: self.ray.time,
         };
         let seen = bsdf.seen_from(wo);
@@ -357,7 +363,7 @@ impl<O: Observer> State<'_, O> {
         {
             let f = seen.f(sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
             if !f.is_black() {
-                let weight = sample.weight(seen.pdf(sample.wi));
+                let weight = sample.share(seen.pdf(sample.wi), || seen.pdf_in_pbrt(sample.wi));
                 let medium = medium_toward(sample.wi, self.medium);
                 self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
             }
@@ -376,6 +382,11 @@ impl<O: Observer> State<'_, O> {
             Origin::Drawn {
                 at,
                 pdf_w: sample.pdf_w,
+                pdf_found: if world.facts().asks_pbrt() {
+                    seen.pdf_in_pbrt(sample.wi)
+                } else {
+                    0.0
+                },
             }
         };
         self.eta_scale *= sample.eta_scale;

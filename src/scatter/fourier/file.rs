@@ -91,7 +91,7 @@ pub fn decode(bytes: &[u8]) -> Result<FourierTable, FourierFileError> {
         ));
     }
     let (mu, rest) = body.split_at(4 * n);
-    let (_, rest) = rest.split_at(4 * n * n);
+    let (integrals, rest) = rest.split_at(4 * n * n);
     let (places, rest) = rest.split_at(8 * n * n);
     let mu = floats(mu);
     let coefficients = floats(&rest[..4 * n_coefficients]);
@@ -101,12 +101,15 @@ pub fn decode(bytes: &[u8]) -> Result<FourierTable, FourierFileError> {
     }
     let n_channels = n_channels as usize;
     let series = series(places, n_channels, i64::from(longest), n_coefficients)?;
+    let integrals = floats(integrals);
+    let masses = integrals.chunks_exact(n).map(|row| row[n - 1]).collect();
     let density = Density::new(&mu, &series, &coefficients);
     Ok(FourierTable {
         mu,
         n_channels,
         eta,
         series,
+        masses,
         coefficients,
         density,
     })

@@ -7,6 +7,8 @@
 mod density;
 mod file;
 
+use std::f32::consts::TAU;
+
 use arrayvec::ArrayVec;
 
 use crate::math::Vec3;
@@ -31,6 +33,8 @@ pub struct FourierTable {
     /// By node of μo, then of μi.
     series: Vec<Series>,
     coefficients: Vec<f32>,
+    /// By node of μo: the integral over μi of the luminance's first coefficient, as the file has it.
+    masses: Vec<f32>,
     density: Density,
 }
 
@@ -83,6 +87,23 @@ impl FourierTable {
         let angles = Angles::new(wo, wi);
         self.density
             .pdf(&self.mu, angles.mu_o, angles.mu_i, angles.phi)
+    }
+
+    /// Density in sr⁻¹ with which pbrt-v3 draws `wi`: the luminance over its integral, which the file has. Where both
+    /// swing below 0 it is 0.
+    pub fn pdf_in_pbrt(&self, wo: Vec3, wi: Vec3) -> f32 {
+        let Angles {
+            mu_i,
+            mu_o,
+            cos_phi,
+            ..
+        } = Angles::new(wo, wi);
+        let Some(spline_o) = SplineWeights::new(&self.mu, mu_o) else {
+            return 0.0;
+        };
+        let rho = TAU * spline_o.sum(|o| self.masses[o]);
+        let [y, ..] = self.sum(mu_i, mu_o, cos_phi);
+        if rho > 0.0 && y > 0.0 { y / rho } else { 0.0 }
     }
 
     /// Draws `wi`, its elevation and then its azimuth. `None` where nothing scatters.

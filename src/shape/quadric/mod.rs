@@ -264,15 +264,20 @@ impl Quadric {
         Normal3::from_f64(self.render_from_object.normal(n).normalize())
     }
 
-    /// The sphere in render space, if this is a whole one: centre and radius.
-    fn whole_sphere(&self) -> Option<(DVec3, f64)> {
+    /// The sphere in render space of which this is all or a part: centre and radius.
+    fn sphere(&self) -> Option<(DVec3, f64)> {
         match (self.form, self.uniform_scale) {
-            (Form::Sphere(sphere), Some(scale)) if sphere.is_whole() => Some((
+            (Form::Sphere(sphere), Some(scale)) => Some((
                 self.render_from_object.point(DVec3::ZERO),
                 sphere.radius() * scale,
             )),
             _ => None,
         }
+    }
+
+    /// The same if this is all of it.
+    fn whole_sphere(&self) -> Option<(DVec3, f64)> {
+        self.sphere().filter(|_| self.form.is_whole())
     }
 
     /// See [`crate::shape::Shape::sample_toward`]. A whole sphere seen from outside is sampled by the solid angle
@@ -326,6 +331,16 @@ impl Quadric {
             return cone.pdf_w() as f32;
         }
         area_to_solid_angle(from, p, ng, self.pdf_area(p))
+    }
+
+    /// See [`crate::shape::Shape::pdf_in_pbrt`]: of any part of a sphere, that of the whole one, as seen from outside.
+    pub fn pdf_in_pbrt(&self, from: Point3, p: Point3, ng: Normal3) -> f32 {
+        if let Some((center, radius)) = self.sphere()
+            && let Some(cone) = sphere::Cone::new(center, radius, from.to_f64())
+        {
+            return cone.pdf_w() as f32;
+        }
+        area_to_solid_angle(from, p, ng, 1.0 / self.area)
     }
 
     /// See [`crate::shape::Shape::pdf_area`].

@@ -1,0 +1,151 @@
+//! The density with which pbrt-v3 draws directions toward a sky. None are drawn with it here: pictures depend on it where
+//! light that is drawn and light that is found are not the same (see [`crate::world::Facts::has_endless_sky`]).
+//!
+//! It is constant in cells, two by two for each texel, in proportion to the luminance that a filtered look-up finds in the
+//! middle of the cell, times the sine of the polar angle there.
+
+use std::f32::consts::{PI, TAU};
+
+use glam::Vec2;
+use rayon::iter::{IndexedParallelIterator, IntoParallelIterator, ParallelIterator};
+
+use crate::image::Image;
+use crate::image::mip::{MipMap, Wrap};
+use crate::light::placed_map::Placement;
+use crate::math::Vec3;
+
+/// A density of directions toward a sky.
+#[derive(Clone, Debug)]
+pub(super) struct PbrtDensity {
+    placement: Placement,
+    /// `None` for a sky that is even.
+    cells: Option<Cells>,
+}
+
+#[derive(Clone, Debug)]
+struct Cells {
+    luminances: MipMap,
+    n: [usize; 2],
+    /// Side of the filter.
+    width: f32,
+    /// Over the mean of all cells.
+    scale: f32,
+}
+
+impl PbrtDensity {
+    /// For an even sky.
+    pub(super) fn even(placement: Placement) -> Self {
+        Self {
+            placement,
+            cells: None,
+        }
+    }
+
+    /// For a map with these luminances, grey, of powers of two and not black everywhere, top row first.
+    pub(super) fn of_map(luminances: Image, placement: Placement) -> Self {
+        let n = [2 * luminances.width(), 2 * luminances.height()];
+        let mut cells = Cells {
+            luminances: MipMap::new(luminances, Wrap::Repeat),
+            n,
+            width: 0.5 / n[0].min(n[1]) as f32,
+            scale: 1.0,
+        };
+        let of_row = |row| {
+            (0..n[0])
+                .map(|column| f64::from(cells.value(column, row)))
+                .sum::<f64>()
+        };
+        let mut sums = Vec::new();
+        (0..n[1])
+            .into_par_iter()
+            .map(of_row)
+            .collect_into_vec(&mut sums);
+        let mean = sums.iter().sum::<f64>() / (n[0] * n[1]) as f64;
+        cells.scale = (1.0 / mean) as f32;
+        Self {
+            placement,
+            cells: Some(cells),
+        }
+    }
+
+    /// In sr⁻¹, of the unit direction `w` of render space.
+    pub(super) fn pdf_w(&self, w: Vec3) -> f32 {
+        let in_light = self.placement.light_direction(w);
+        let sin_theta = (in_light.x * in_light.x + in_light.y * in_light.y).sqrt();
+        if sin_theta == 0.0 {
+            return 0.0;
+        }
+        let in_square = match &self.cells {
+            None => 1.0,
+            Some(cells) => {
+                let turn = in_light.y.atan2(in_light.x) / TAU;
+                let s = if turn < 0.0 { turn + 1.0 } else { turn };
+                let t = sin_theta.atan2(in_light.z) / PI;
+                let place = |x: f32, n: usize| ((x * n as f32) as usize).min(n - 1);
+                let [columns, rows] = cells.n;
+                cells.value(place(s, columns), place(t, rows)) * cells.scale
+            }
+        };
+        in_square * self.placement.jacobian(in_light) / (TAU * PI * sin_theta)
+    }
+}
+
+impl Cells {
+    fn value(&self, column: usize, row: usize) -> f32 {
+        let middle = |i: usize, n: usize| (i as f32 + 0.5) / n as f32;
+        let st = Vec2::new(middle(column, self.n[0]), middle(row, self.n[1]));
+        self.luminances.trilinear::<f32>(st, self.width) * (PI * st.y).sin()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use glam::DMat3;
+
+    #[test]
+    fn it_is_what_the_cells_say_over_the_sine() {
+        let placement = Placement::new(DMat3::IDENTITY);
+        // A map of two by one texels: in the cells' middles, a quarter of the neighbour is mixed in.
+        let map = Image::new(2, 1, 1, vec![1.0, 5.0]).expect("a picture");
+        let density = PbrtDensity::of_map(map, placement.clone());
+        let at = |turn: f32, theta: f32| {
+            let (sin, cos) = (TAU * turn).sin_cos();
+            Vec3::new(theta.sin() * cos, theta.sin() * sin, theta.cos())
+        };
+        for (turn, cell) in [(0.1, 2.0), (0.3, 2.0), (0.6, 4.0), (0.9, 4.0)] {
+            for theta in [0.2f32, 1.3, 2.0] {
+                let expected = cell / 3.0 / (2.0 * PI * PI * theta.sin());
+                let found = density.pdf_w(at(turn, theta));
+                assert!(
+                    (found / expected - 1.0).abs() < 1e-5,
+                    "{turn} {theta}: {found}"
+                );
+            }
+        }
+        let even = PbrtDensity::even(placement).pdf_w(at(0.7, 0.5));
+        assert!((even * (2.0 * PI * PI * 0.5f32.sin()) - 1.0).abs() < 1e-5);
+    }
+
+    #[test]
+    fn it_integrates_to_one() {
+        let texels = (0..64 * 2).map(|i| ((i * 37) % 11) as f32).collect();
+        // So wide that the filter blurs it.
+        let map = Image::new(64, 2, 1, texels).expect("a picture");
+        let turned = DMat3::from_rotation_x(0.7) * 3.0;
+        let density = PbrtDensity::of_map(map, Placement::new(turned));
+        let n = 1200u32;
+        let middle = |i: u32| (i as f32 + 0.5) / n as f32;
+        let mut sum = 0.0;
+        for i in 0..n {
+            for j in 0..n {
+                let z = 2.0 * middle(i) - 1.0;
+                let (sin, cos) = (TAU * middle(j)).sin_cos();
+                let r = (1.0 - z * z).sqrt();
+                sum += f64::from(density.pdf_w(Vec3::new(r * cos, r * sin, z)));
+            }
+        }
+        let mean = sum / f64::from(n * n) * 4.0 * std::f64::consts::PI;
+        assert!((mean - 1.0).abs() < 0.01, "{mean}");
+    }
+}

@@ -1,0 +1,417 @@
+//! Lamps that light otherwise than they show, against quadrature of the model: S w + H (1 − w) of what an ordinary one
+//! gives, where S and H say which of pbrt-v3's two halves see the lamp, and w how they share its light.
+
+use std::f64::consts::{PI, TAU};
+
+use tyndall::compile::CompileOptions;
+use tyndall::ids::LightId;
+use tyndall::light::Light;
+
+use crate::probe::{Probe, assert_exact, assert_mean};
+use crate::scene::compile_scene;
+use crate::seen::{V, environment, seen_by};
+
+/// What a lamp gives a point that scatters evenly.
+#[derive(Clone, Copy)]
+struct Shares {
+    all: f64,
+    /// By points that are drawn on it: S w.
+    drawn: f64,
+    /// By rays that find it: H (1 − w).
+    found: f64,
+}
+
+const KD: f64 = 0.5;
+const LE: f64 = 10.0;
+
+/// w for a direction drawn with densities `light` and `lobe`.
+fn share(light: f64, lobe: f64) -> f64 {
+    1.0 / (1.0 + (lobe / light).powi(2))
+}
+
+/// A square of side 2 above a point of the floor at distance 1, of two triangles that are lamps of area 2 each.
+fn of_panel() -> Shares {
+    let n = 1000;
+    let middle = |i: usize| (2.0 * (i as f64 + 0.5) / n as f64) - 1.0;
+    let (mut all, mut drawn) = (0.0, 0.0);
+    for i in 0..n {
+        for j in 0..n {
+            let squared = 1.0 + middle(i).powi(2) + middle(j).powi(2);
+            let cos = 1.0 / squared.sqrt();
+            let value = LE * KD / PI * cos * cos / squared * (4.0 / (n * n) as f64);
+            all += value;
+            drawn += value * share(squared / (cos * 2.0), cos / PI);
+        }
+    }
+    let found = all - drawn;
+    Shares { all, drawn, found }
+}
+
+/// A sphere of radius `r`, its centre above a point of the floor at distance 1.
+fn of_sphere(r: f64) -> Shares {
+    let cos_max = (1.0 - r * r).sqrt();
+    let light = 1.0 / (TAU * (1.0 - cos_max));
+    let n = 100_000;
+    let step = (1.0 - cos_max) / f64::from(n);
+    let (mut all, mut drawn) = (0.0, 0.0);
+    for i in 0..n {
+        let cos = cos_max + (f64::from(i) + 0.5) * step;
+        let value = LE * KD / PI * cos * TAU * step;
+        all += value;
+        drawn += value * share(light, cos / PI);
+    }
+    let found = all - drawn;
+    Shares { all, drawn, found }
+}
+
+const FLOOR: &str = "AttributeBegin Material \"matte\" \"rgb Kd\" [.5 .5 .5] Shape \"disk\" \"float radius\" 40 AttributeEnd\n";
+
+fn lamp(before: &str, shape: &str) -> String {
+    format!(
+        "AttributeBegin Material \"matte\" \"rgb Kd\" [0 0 0] AreaLightSource \"diffuse\" \"rgb L\" [10 10 10] {before}\n\
+         {shape} AttributeEnd\n"
+    )
+}
+
+/// The panel; by its winding it shines up, or down to the floor.
+fn panel(winds_down: bool, more: &str) -> String {
+    let indices = if winds_down {
+        "0 2 1 0 3 2"
+    } else {
+        "0 1 2 0 2 3"
+    };
+    format!(
+        "Shape \"trianglemesh\" \"integer indices\" [{indices}] \"point P\" [-1 -1 1  1 -1 1  1 1 1  -1 1 1] \
+         \"float uv\" [0 0 1 0 1 1 0 1] {more}"
+    )
+}
+
+const DOWN: &str = "\"normal N\" [0 0 -1 0 0 -1 0 0 -1 0 0 -1]";
+const UP: &str = "\"normal N\" [0 0 1 0 0 1 0 0 1 0 0 1]";
+const ALONG: &str = "\"vector S\" [1 0 0 1 0 0 1 0 0 1 0 0]";
+const REVERSED: &str = "ReverseOrientation";
+const MIRRORED: &str = "Scale -1 1 1";
+
+/// The light on the floor below the middle of a lamp, as it is seen from one side.
+#[track_caller]
+fn assert_floor(integrator: &str, world: &str, expected: f64, what: &str) {
+    let (name, strategy) = integrator.split_once(' ').unwrap_or((integrator, "all"));
+    let scene = seen_by(
+        name,
+        1,
+        [0.3, 0.0, 0.3],
+        [-0.3, 0.0, -0.3],
+        &format!("{FLOOR}{world}"),
+    );
+    let with = format!("Integrator \"{name}\" \"string strategy\" \"{strategy}\"");
+    let scene = if name == "directlighting" {
+        scene.replacen(&format!("Integrator \"{name}\""), &with, 1)
+    } else {
+        scene
+    };
+    let what = format!("{integrator}: {what}");
+    if expected == 0.0 {
+        assert_exact(&scene, [0.0; 3], &what);
+    } else {
+        assert_mean(&scene, 20_000, [expected; 3], &what);
+    }
+}
+
+const WEIGHED: [&str; 7] = [
+    "path",
+    "volpath",
+    "directlighting all",
+    "directlighting one",
+    "bdpt",
+    "mlt",
+    "sppm",
+];
+
+/// Lamps above the floor: those that only light it, by what is drawn, and those that only show there.
+fn panels() -> Vec<(&'static str, String, bool)> {
+    vec![
+        ("alpha 0", lamp("", &panel(true, "\"float alpha\" 0")), true),
+        (
+            "normals down, reversed",
+            lamp(REVERSED, &panel(true, DOWN)),
+            true,
+        ),
+        (
+            "normals up, reversed",
+            lamp(REVERSED, &panel(false, UP)),
+            false,
+        ),
+        (
+            "normals down, reversed and mirrored",
+            lamp(&format!("{MIRRORED} {REVERSED}"), &panel(true, DOWN)),
+            true,
+        ),
+        (
+            "tangents, reversed",
+            lamp(REVERSED, &panel(false, ALONG)),
+            true,
+        ),
+        (
+            "tangents, reversed, wound down",
+            lamp(REVERSED, &panel(true, ALONG)),
+            false,
+        ),
+        (
+            "tangents, reversed and mirrored",
+            lamp(&format!("{MIRRORED} {REVERSED}"), &panel(false, ALONG)),
+            true,
+        ),
+    ]
+}
+
+#[test]
+fn odd_panels_give_the_floor_their_halves() {
+    let shares = of_panel();
+    // Measured in pbrt-v3's pictures as well.
+    assert!((shares.all - 2.7706).abs() < 1e-3, "{}", shares.all);
+    assert!((shares.drawn - 2.4449).abs() < 1e-3, "{}", shares.drawn);
+    assert!((shares.found - 0.3258).abs() < 1e-3, "{}", shares.found);
+    for (what, world, lights) in panels() {
+        let expected = if lights { shares.drawn } else { shares.found };
+        for integrator in WEIGHED {
+            assert_floor(integrator, &world, expected, what);
+        }
+        // That draws points alone.
+        assert_floor(
+            "whitted",
+            &world,
+            if lights { shares.all } else { 0.0 },
+            what,
+        );
+    }
+}
+
+#[test]
+fn mirrored_quadrics_give_the_floor_their_halves() {
+    let shares = of_sphere(0.5);
+    assert!((shares.drawn - 1.1756).abs() < 1e-3, "{}", shares.drawn);
+    let at = "Translate 0 0 1 Scale 1 1 -1";
+    let sphere = |more: &str| {
+        lamp(
+            &format!("{at} {more}"),
+            "Shape \"sphere\" \"float radius\" 0.5",
+        )
+    };
+    for integrator in WEIGHED {
+        assert_floor(integrator, &sphere(""), shares.drawn, "sphere");
+        assert_floor(
+            integrator,
+            &sphere(REVERSED),
+            shares.found,
+            "reversed sphere",
+        );
+    }
+    assert_floor("whitted", &sphere(""), shares.all, "sphere");
+    assert_floor("whitted", &sphere(REVERSED), 0.0, "reversed sphere");
+}
+
+#[test]
+fn other_lights_beside_odd_lamps_are_as_ever() {
+    let world = lamp("", &panel(true, "\"float alpha\" 0")) + &environment([2.0; 3]);
+    let expected = of_panel().drawn + 2.0 * KD;
+    for integrator in WEIGHED {
+        assert_floor(integrator, &world, expected, "under a sky");
+    }
+}
+
+/// Of a disk of radius 1 above the floor at distance 1.
+fn of_disk() -> Shares {
+    let n = 100_000;
+    let (mut all, mut drawn) = (0.0, 0.0);
+    for i in 0..n {
+        let r2 = (f64::from(i) + 0.5) / f64::from(n);
+        let cos = 1.0 / (1.0 + r2).sqrt();
+        let value = LE * KD / PI * cos.powi(4) * PI / f64::from(n);
+        all += value;
+        drawn += value * share((1.0 + r2) / (cos * PI), cos / PI);
+    }
+    let found = all - drawn;
+    Shares { all, drawn, found }
+}
+
+#[test]
+fn mirrored_disks_give_the_floor_their_halves() {
+    let shares = of_disk();
+    let disk = |more: &str| lamp(&format!("Translate 0 0 1 {more}"), "Shape \"disk\"");
+    for integrator in ["path", "directlighting one", "bdpt", "mlt"] {
+        // Their normals are drawn below, and found above.
+        let down = disk("Rotate 180 1 0 0 Scale -1 1 1");
+        assert_floor(integrator, &down, shares.drawn, "drawn below");
+        assert_floor(integrator, &disk(MIRRORED), shares.found, "found below");
+    }
+}
+
+#[test]
+fn what_a_mask_cuts_out_lights_as_it_is_drawn() {
+    // Left of the middle there is a hole.
+    let mask = "Texture \"mask\" \"float\" \"checkerboard\" \"float uscale\" 2 \"float vscale\" 1 \
+                \"string aamode\" \"none\" \"float tex1\" 0 \"float tex2\" 1\n";
+    let shares = of_panel();
+    let half = mask.to_owned() + &lamp("", &panel(true, "\"texture alpha\" \"mask\""));
+    let expected = (shares.drawn + shares.all) / 2.0;
+    let reversed = mask.to_owned()
+        + &lamp(
+            REVERSED,
+            &panel(false, &format!("{UP} \"texture alpha\" \"mask\"")),
+        );
+    for integrator in ["path", "volpath", "directlighting all", "bdpt", "mlt"] {
+        assert_floor(integrator, &half, expected, "half a panel");
+        assert_floor(
+            integrator,
+            &reversed,
+            shares.found / 2.0,
+            "half a reversed panel",
+        );
+    }
+}
+
+#[test]
+fn two_sided_lamps_that_are_turned_are_ordinary() {
+    let turned = lamp(REVERSED, &panel(true, DOWN)).replace(
+        "\"rgb L\" [10 10 10]",
+        "\"rgb L\" [10 10 10] \"bool twosided\" \"true\"",
+    );
+    let compiled = compile_scene(
+        seen_by("path", 1, [0.0; 3], [0.0, 0.0, 1.0], &turned),
+        &CompileOptions::default(),
+        |_| None,
+    );
+    assert!(!compiled.job.world.facts().has_odd_lamps);
+    for integrator in ["path", "bdpt", "whitted"] {
+        assert_floor(integrator, &turned, of_panel().all, "two-sided");
+    }
+    // But for their holes.
+    let cut = turned.replace(DOWN, "\"float alpha\" 0");
+    assert_floor("path", &cut, of_panel().drawn, "two-sided, alpha 0");
+}
+
+#[test]
+fn lamps_in_instances_light_as_they_show() {
+    let placed = |lamp: &str| {
+        // Another light, below the floor: without any, there would be something to tell.
+        let other = "LightSource \"point\" \"point from\" [0 0 -5]\n";
+        format!("{other}ObjectBegin \"lamp\" {lamp} ObjectEnd ObjectInstance \"lamp\"\n")
+    };
+    for integrator in ["path", "bdpt"] {
+        let shown = placed(&lamp(REVERSED, &panel(false, UP)));
+        assert_floor(integrator, &shown, of_panel().all, "it shows");
+        let hidden = placed(&lamp(REVERSED, &panel(true, DOWN)));
+        assert_floor(integrator, &hidden, 0.0, "it does not");
+        let cut = placed(&lamp("", &panel(true, "\"float alpha\" 0")));
+        assert_floor(integrator, &cut, 0.0, "it is nowhere");
+    }
+}
+
+#[test]
+fn cameras_and_mirrors_see_what_rays_find() {
+    let mirror = FLOOR.replace(
+        "\"matte\" \"rgb Kd\" [.5 .5 .5]",
+        "\"mirror\" \"rgb Kr\" [1 1 1]",
+    );
+    for (what, world, lights) in panels() {
+        let expected = if lights { 0.0 } else { LE };
+        for integrator in [
+            "path",
+            "volpath",
+            "directlighting",
+            "whitted",
+            "bdpt",
+            "mlt",
+            "sppm",
+        ] {
+            let direct = seen_by(integrator, 3, [0.1, 0.2, 0.3], [0.0, 0.0, 1.0], &world);
+            assert_exact(
+                &direct,
+                [expected; 3],
+                &format!("{integrator}, seen: {what}"),
+            );
+            let world = format!("{mirror}{world}");
+            let mirrored = seen_by(integrator, 3, [0.1, 0.2, 0.3], [0.01, 0.0, -1.0], &world);
+            assert_exact(
+                &mirrored,
+                [expected; 3],
+                &format!("{integrator}, mirrored: {what}"),
+            );
+        }
+    }
+}
+
+/// What pbrt-v3's `path` shows of the floor where it mirrors a panel of alpha 0 toward the camera, measured to 0.1 to 0.2 %.
+const MEASURED: [(&str, f64); 10] = [
+    ("\"metal\" \"float roughness\" .1", 2.7745),
+    ("\"metal\" \"float roughness\" .02", 2.6372),
+    ("\"metal\" \"float roughness\" .005", 1.7197),
+    (
+        "\"plastic\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [.5 .5 .5] \"float roughness\" .1",
+        1.571,
+    ),
+    (
+        "\"translucent\" \"rgb Kd\" [.5 .5 .5] \"rgb Ks\" [.3 .3 .3] \"float roughness\" .15",
+        1.3741,
+    ),
+    (
+        "\"substrate\" \"rgb Kd\" [.4 .4 .4] \"rgb Ks\" [.3 .3 .3]",
+        2.6031,
+    ),
+    (
+        "\"disney\" \"rgb color\" [.5 .5 .5] \"float sheen\" .5 \"float clearcoat\" 1 \"float spectrans\" .3 \
+         \"float roughness\" .3",
+        1.9088,
+    ),
+    (
+        "\"uber\" \"rgb Kd\" [.3 .3 .3] \"rgb Ks\" [.3 .3 .3] \"rgb Kr\" [.2 .2 .2] \"float roughness\" .1",
+        1.5316,
+    ),
+    (
+        "\"glass\" \"float uroughness\" .2 \"float vroughness\" .2 \"bool remaproughness\" \"false\"",
+        0.2227,
+    ),
+    ("\"matte\" \"rgb Kd\" [.5 .5 .5]", 2.4473),
+];
+
+#[test]
+fn lobes_share_an_invisible_panel_as_pbrt_shows_it() {
+    for (material, expected) in MEASURED {
+        let floor = format!(
+            "AttributeBegin Material {material} Shape \"disk\" \"float radius\" 40 AttributeEnd\n"
+        );
+        let world = floor + &lamp("", &panel(true, "\"float alpha\" 0"));
+        for integrator in ["path", "bdpt"] {
+            let scene = seen_by(integrator, 1, [0.3, 0.0, 0.9], [-0.3, 0.0, -0.9], &world);
+            let means = Probe::new(&scene).means(20_000);
+            let mean = means.iter().map(|mean| mean.value).sum::<f64>() / 3.0;
+            let error = 4.0 * means[0].standard_error + 0.003 * expected;
+            assert!(
+                (mean - expected).abs() < error,
+                "{integrator}, {material}: {mean} is not {expected} to {error}"
+            );
+        }
+    }
+}
+
+#[test]
+fn power_counts_both_sides_of_a_turned_lamp() {
+    let world = |before: &str| {
+        let lamp = lamp(before, &panel(true, DOWN));
+        let text = seen_by(
+            "path",
+            1,
+            [0.0; 3] as V,
+            [0.0, 0.0, 1.0],
+            &format!("{FLOOR}{lamp}"),
+        );
+        compile_scene(text, &CompileOptions::default(), |_| None)
+            .job
+            .world
+    };
+    let lights_both = |before: &str| match world(before).light(LightId(0)) {
+        Light::Area(area) => area.lights_both_sides(),
+        _ => false,
+    };
+    assert!(lights_both(REVERSED) && !lights_both(MIRRORED));
+}
