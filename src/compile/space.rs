@@ -105,11 +105,7 @@ impl View {
         let planes = self.planes.as_ref()?;
         let is_within = (bounds.max - bounds.min).min_element() >= 0.0
             && planes.iter().all(|&(at, inward)| {
-                let farthest = DVec3::select(
-                    inward.cmpge(DVec3::ZERO),
-                    bounds.max,
-                    bounds.min,
-                );
+                let farthest = DVec3::select(inward.cmpge(DVec3::ZERO), bounds.max, bounds.min);
                 (farthest - at).dot(inward) >= 0.0
             });
         let p = self.eye.clamp(bounds.min.min(bounds.max), bounds.max);

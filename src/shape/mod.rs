@@ -130,8 +130,7 @@ impl SurfacePoint {
             + m.z_axis.abs() * err.z
             + p.abs() * EPSILON as f64;
         let vector = |v: Vec3| Vec3::from_f64(transform.vector(v.to_f64()));
-        let unit_normal =
-            |n: Normal3| Normal3::from_f64(transform.normal(n.to_f64()).normalize());
+        let unit_normal = |n: Normal3| Normal3::from_f64(transform.normal(n.to_f64()).normalize());
         let (ng, n_side) = (unit_normal(self.ng), unit_normal(self.n_side));
         // By the inverse transpose of a map from world to world.
         let world_normal = |n: DVec3| transform.normal(n) * growth;

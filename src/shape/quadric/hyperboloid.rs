@@ -103,10 +103,7 @@ impl Hyperboloid {
         const NOTHING: [f64; 2] = [f64::INFINITY, f64::NEG_INFINITY];
         let at_axis = (-a / b).sqrt();
         let pieces = if a < 0.0 {
-            [
-                [z[0], z[1].min(-at_axis)],
-                [z[0].max(at_axis), z[1]],
-            ]
+            [[z[0], z[1].min(-at_axis)], [z[0].max(at_axis), z[1]]]
         } else if b < 0.0 {
             [[z[0].max(-at_axis), z[1].min(at_axis)], NOTHING]
         } else {
@@ -359,10 +356,13 @@ impl Hyperboloid {
     /// The box around the full turn; empty without a surface.
     pub(super) fn bounds(&self) -> [DVec3; 2] {
         let rho = self.rho2_range()[1].sqrt();
-        let (low, high) = self.pieces.into_iter().filter(|[low, high]| low <= high).fold(
-            (f64::INFINITY, f64::NEG_INFINITY),
-            |(low, high), piece| (low.min(piece[0]), high.max(piece[1])),
-        );
+        let (low, high) = self
+            .pieces
+            .into_iter()
+            .filter(|[low, high]| low <= high)
+            .fold((f64::INFINITY, f64::NEG_INFINITY), |(low, high), piece| {
+                (low.min(piece[0]), high.max(piece[1]))
+            });
         [DVec3::new(-rho, -rho, low), DVec3::new(rho, rho, high)]
     }
 }
