@@ -48,6 +48,22 @@ pub enum Projection {
     Realistic(Box<Realistic>),
 }
 
+impl Projection {
+    /// The ray from a point of the film through the middle of the lens, where rays are straight from there on.
+    pub fn chief_ray(&self, raster: [f64; 2]) -> Option<LocalRay> {
+        let sample = CameraSample {
+            raster,
+            time: 0.0,
+            lens: [0.5; 2],
+        };
+        match self {
+            Self::Perspective(perspective) => Some(perspective.ray(&sample)),
+            Self::Orthographic(orthographic) => Some(orthographic.ray(&sample)),
+            Self::Environment(_) | Self::Realistic(_) => None,
+        }
+    }
+}
+
 /// The numbers a camera turns into a ray.
 #[derive(Clone, Copy, Debug)]
 pub struct CameraSample {

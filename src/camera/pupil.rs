@@ -116,15 +116,11 @@ impl ExitPupil {
             let size = (hull.x[1] - hull.x[0]).max(2.0 * hull.y);
             hull.grown(bend + MARGIN * size)
         };
-        // pbrt-v3 finds its bounds among 2^20 points of a square of 1.5 rear apertures and widens them by twice the
-        // square's diagonal over 2^10. The brightness of a picture depends on those of the innermost ring.
-        let square = 2.0 * 1.5 * lens.rear_aperture_radius();
-        let widened = 2.0 * square * std::f64::consts::SQRT_2 / 1024.0;
-        let center = edges[1].map_or(center, |outer| center.union(&outer));
+        let rings: Vec<PupilBounds> = (0..RINGS).map(ring).collect();
         Some(Self {
-            rings: (0..RINGS).map(ring).collect(),
+            reference_area: reference_area(lens, radius(1), &rings[0].union(&center)),
+            rings,
             reach,
-            reference_area: center.grown(widened).area(),
         })
     }
 
@@ -150,6 +146,53 @@ impl ExitPupil {
     pub fn reference_area(&self) -> f64 {
         self.reference_area
     }
+}
+
+/// Area in m² of the bounds that pbrt-v3 finds for the innermost ring, of radius `ring`, to which the brightness of its
+/// pictures is relative. It looks at 2²⁰ points of a square of 1.5 rear apertures, each from a film point of its own,
+/// and widens the bounds of those that get through by twice the square's diagonal over 2¹⁰: a small pupil holds few of
+/// them, which shows. Points beside `pupil`, which no light passes, need not be followed.
+fn reference_area(lens: &Lens, ring: f64, pupil: &PupilBounds) -> f64 {
+    const N_POINTS: u32 = 1 << 20;
+    let half = 1.5 * lens.rear_aperture_radius();
+    let at = |u: f64| half * (2.0 * u - 1.0);
+    let (mut low, mut high) = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    for i in 0..N_POINTS {
+        let x = at(f64::from(i.reverse_bits()) / 2f64.powi(32));
+        if !(x >= pupil.x[0] && x <= pupil.x[1]) {
+            continue;
+        }
+        let rear = DVec2::new(x, at(radical_inverse_3(i)));
+        let is_known = rear.cmpge(low).all() && rear.cmple(high).all();
+        if rear.y.abs() > pupil.y || is_known {
+            continue;
+        }
+        let o = DVec3::new((f64::from(i) + 0.5) / f64::from(N_POINTS) * ring, 0.0, 0.0);
+        let d = rear.extend(lens.rear_z()) - o;
+        if lens.fill(LocalRay { o, d }) <= 1.0 {
+            (low, high) = (low.min(rear), high.max(rear));
+        }
+    }
+    let widened = if low.x <= high.x {
+        2.0 * (2.0 * half * std::f64::consts::SQRT_2) / f64::from(N_POINTS).sqrt()
+    } else {
+        // Nothing gets through: the whole square counts.
+        (low, high) = (DVec2::splat(-half), DVec2::splat(half));
+        0.0
+    };
+    let size = high - low + DVec2::splat(2.0 * widened);
+    size.x * size.y
+}
+
+/// The digits of a number in base 3, mirrored at the point.
+fn radical_inverse_3(mut i: u32) -> f64 {
+    let (mut mirrored, mut place) = (0u64, 1u64);
+    while i > 0 {
+        mirrored = mirrored * 3 + u64::from(i % 3);
+        place *= 3;
+        i /= 3;
+    }
+    mirrored as f64 / place as f64
 }
 
 /// A rectangle of the rear plane that every ray crosses which hits the opening of the rear interface.

@@ -9,7 +9,7 @@ use crate::compile::assets::Assets;
 use crate::compile::options::FilmOptions;
 use crate::compile::placement::{Placement, placement};
 use crate::compile::reader::ParamReader;
-use crate::compile::space::RenderSpace;
+use crate::compile::space::{RenderSpace, View};
 use crate::compile::{lens, lookup};
 use crate::describe::description::Frame;
 use crate::math::{Motion, MotionChain, Transform};
@@ -22,9 +22,34 @@ pub(super) struct CameraOptions {
 }
 
 impl CameraOptions {
-    /// Where the camera stands in world space.
-    pub(super) fn position(&self) -> DVec3 {
-        self.world_from_camera.ends()[0].point(DVec3::ZERO)
+    /// What the camera sees, as it stands at first. Where rays are not straight from the film on, that is not asked.
+    pub(super) fn view(&self, resolution: [u32; 2]) -> View {
+        let [world_from_camera, _] = self.world_from_camera.ends();
+        let eye = world_from_camera.point(DVec3::ZERO);
+        let [width, height] = resolution.map(f64::from);
+        let corners = [[0.0, 0.0], [width, 0.0], [width, height], [0.0, height]];
+        let ray = |raster: [f64; 2]| {
+            let ray = self.projection.chief_ray(raster)?;
+            let o = world_from_camera.point(ray.o);
+            Some((o, o + world_from_camera.vector(ray.d)))
+        };
+        let planes = || {
+            let (mut rays, mut planes) = ([(eye, eye); 4], [(eye, eye); 4]);
+            for (ray_there, raster) in rays.iter_mut().zip(corners) {
+                *ray_there = ray(raster)?;
+            }
+            let inside = rays.iter().map(|(_, to)| *to).sum::<DVec3>() * 0.25;
+            for (k, plane) in planes.iter_mut().enumerate() {
+                let ((o, to), (_, next)) = (rays[k], rays[(k + 1) % 4]);
+                let n = (to - o).cross(next - to);
+                *plane = (o, if n.dot(inside - o) < 0.0 { -n } else { n });
+            }
+            let [a, b, c, d] = planes;
+            let ahead = (eye, world_from_camera.vector(DVec3::Z));
+            Some([a, b, c, d, ahead])
+        };
+        let planes = planes();
+        View { eye, planes }
     }
 
     /// Times in which rays exist.

@@ -21,6 +21,7 @@ use crate::describe::description::{Frame, ShapeEntity};
 use crate::ids::{GeometryId, LightId, ObjectId};
 use crate::light::{AreaLight, Light};
 use crate::math::{AnimatedTransform, Motion, MotionChain, Transform};
+use crate::shape::mesh::Linear;
 use crate::shape::{Curves, Mesh, Quadric, Shape};
 use crate::world::{Geometry, Instance, WorldParts};
 pub(super) use load::{Loaded, load};
@@ -58,7 +59,8 @@ impl Loaded {
                 Placement::Still(definition) => {
                     let LocalShape { local, entity, .. } = shape;
                     let transform = space.place(&definition);
-                    let placed = placed(local, &entity, Some(&definition), &transform, None);
+                    let unit = space.scale();
+                    let placed = placed(local, &entity, Some(&definition), &transform, unit, None);
                     add(parts, placed, &of_surface, &entity, diagnostics);
                 }
                 Placement::Moving(moving) => {
@@ -67,6 +69,7 @@ impl Loaded {
                     parts.instances.push(Instance {
                         object: object.id,
                         render_from_object: motion,
+                        growth: object.growth(space),
                     });
                 }
             }
@@ -119,8 +122,14 @@ impl LocalObject {
                         let instance = placement.start();
                         let transform = space.place(&instance.compose(definition));
                         let local = shape.local.clone();
-                        let placed =
-                            placed(local, entity, Some(definition), &transform, Some(&instance));
+                        let placed = placed(
+                            local,
+                            entity,
+                            Some(definition),
+                            &transform,
+                            space.scale(),
+                            Some(&instance),
+                        );
                         add(parts, placed, &surface, entity, diagnostics);
                     }
                 }
@@ -160,6 +169,7 @@ fn instantiate(
     let object = object(parts, shapes, diagnostics);
     let instance = |placement: &InstancePlacement| Instance {
         object: object.id,
+        growth: object.growth(space),
         render_from_object: match (&placement.world_from_instance, own_motion) {
             (InstanceMotion::Still(world_from_instance), None) => {
                 object.still(space, world_from_instance)
@@ -182,9 +192,16 @@ fn instantiate(
 struct PlacedObject {
     id: ObjectId,
     local_space: Transform,
+    /// Length in that space of one unit of the world.
+    unit: f64,
 }
 
 impl PlacedObject {
+    /// See [`Instance::growth`].
+    fn growth(&self, space: &RenderSpace) -> f64 {
+        space.scale() / self.unit
+    }
+
     fn still(&self, space: &RenderSpace, world_from_instance: &DAffine3) -> Motion {
         let object_space = self.local_space.inverse();
         // The inverse of the step between is not asked for.
@@ -236,7 +253,8 @@ fn object(
         let transform = local_space.place(&definition(&shape));
         let still = shape.still().copied();
         let LocalShape { local, entity, .. } = shape;
-        let placed = placed(local, &entity, still.as_ref(), &transform, None);
+        let unit = local_space.scale();
+        let placed = placed(local, &entity, still.as_ref(), &transform, unit, None);
         add(parts, placed, &surface, &entity, diagnostics);
         let geometry = parts.geometries.last_mut().expect("one was just added");
         geometry.object = id;
@@ -244,6 +262,7 @@ fn object(
     PlacedObject {
         id,
         local_space: local_space.place(&Transform::IDENTITY),
+        unit: local_space.scale(),
     }
 }
 
@@ -309,20 +328,26 @@ fn report_degenerate(shape: &Shape, entity: &ShapeEntity, diagnostics: &mut Diag
     diagnostics.push(Diagnostic::warning("no-area", entity.entity.span, what));
 }
 
-/// The shape in the space reached by `transform`. `instance` is the part of it that comes from an instance: pbrt-v3
-/// decides orientation by the definition alone, and normals then transform as normals.
+/// The shape in the space reached by `transform`, in which one unit of the world is `unit` long. `instance` is the part
+/// of it that comes from an instance: pbrt-v3 decides orientation by the definition alone, and normals then transform
+/// as normals.
 fn placed(
     local: Local,
     entity: &ShapeEntity,
     definition: Option<&Transform>,
     transform: &Transform,
+    unit: f64,
     instance: Option<&Transform>,
 ) -> Shape {
     let definition_mirrors = definition.is_some_and(Transform::swaps_handedness);
     match local {
         Local::Form(form) => {
             let flip_normal = entity.reverse_orientation != definition_mirrors;
-            Shape::Quadric(Quadric::new(form, *transform, flip_normal))
+            let form = match entity.area_light {
+                None => form.defined_under(definition.unwrap_or(&Transform::IDENTITY).affine()),
+                Some(_) => form,
+            };
+            Shape::Quadric(Quadric::new(form, *transform, flip_normal).with_unit(unit))
         }
         Local::Curves(source) => {
             let flip_normal = entity.reverse_orientation != definition_mirrors;
@@ -334,11 +359,22 @@ fn placed(
             // The face normal is computed from the placed vertices, whose winding an instance may have mirrored.
             let instance_mirrors = instance.is_some_and(Transform::swaps_handedness);
             mesh.flip_face = definition_mirrors != instance_mirrors;
-            let size = |t: &Transform| t.determinant().abs().cbrt();
-            mesh.unit = (size(transform) / definition.map_or(1.0, size)) as f32;
+            mesh.unit = unit as f32;
+            mesh.normal_unit = (unit / size_of(transform)) as f32;
+            mesh.instance = instance.map(|instance| {
+                Box::new(Linear {
+                    forward: instance.affine().matrix3,
+                    inverse: instance.inverse().affine().matrix3,
+                })
+            });
             Shape::Mesh(mesh)
         }
     }
+}
+
+/// How many times as long lengths become, in the mean.
+fn size_of(transform: &Transform) -> f64 {
+    transform.determinant().abs().cbrt()
 }
 
 fn move_vertices(mesh: &mut Mesh, transform: &Transform) {
@@ -347,7 +383,7 @@ fn move_vertices(mesh: &mut Mesh, transform: &Transform) {
         *p = transform.point(wide(*p)).as_vec3().to_array();
     }
     // Directions keep their relative lengths, which weigh interpolation, at a size that suits f32.
-    let size = transform.determinant().abs().cbrt();
+    let size = size_of(transform);
     for n in &mut mesh.normals {
         *n = (transform.normal(wide(*n)) * size).as_vec3().to_array();
     }

@@ -115,7 +115,8 @@ fn build(
 
     let loaded = geometry::load(frame, assets, diagnostics);
     let (film, samples, integrator, camera) = (film?, samples?, integrator?, camera?);
-    let space = RenderSpace::new(loaded.world_bounds(), camera.position());
+    let view = camera.view(film.desc.resolution);
+    let space = RenderSpace::new(loaded.world_bounds(), loaded.origin(&view));
     let contents = contents(frame, loaded, &space, &integrator, assets, diagnostics)?;
     let parts = WorldParts {
         light_strategy: integrator.light_strategy,

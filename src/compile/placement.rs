@@ -4,7 +4,7 @@ use glam::DAffine3;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Span;
 
-use crate::compile::space;
+use crate::compile::space::{self, WorldBounds};
 use crate::describe::description::{InstanceEntity, ObjectRef, TransformPair};
 use crate::math::{AnimatedTransform, Transform};
 
@@ -84,6 +84,19 @@ impl InstancePlacement {
             InstanceMotion::Still(map) => with_inverse(map),
             InstanceMotion::Moving(moving) => moving.keys()[0],
         }
+    }
+
+    /// Box around what is placed, itself within `of_object`; motion counts at its key frames.
+    pub(super) fn world_bounds(&self, of_object: &WorldBounds) -> WorldBounds {
+        let mut bounds = WorldBounds::EMPTY;
+        match &self.world_from_instance {
+            InstanceMotion::Still(map) => bounds.add_image(map, of_object),
+            InstanceMotion::Moving(moving) => moving
+                .keys()
+                .iter()
+                .for_each(|key| bounds.add_image(key.affine(), of_object)),
+        }
+        bounds
     }
 
     /// The placement that an instance of the file asks for, or a located error.

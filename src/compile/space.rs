@@ -1,8 +1,9 @@
 //! Render space: where the numbers of the inner loop live.
 //!
-//! World space is moved, so that the point of the scene nearest the camera is the origin, and scaled by a power of
+//! World space is moved, so that the nearest point of what is before the camera is the origin, and scaled by a power of
 //! two, so that the scene is about one unit large. Single precision is then spent where the camera looks, a scene far
-//! from the world origin loses nothing, and scaling a scene by 2ᵏ gives the same bits.
+//! from the world origin loses nothing, and scaling a scene by 2ᵏ gives the same bits. What lies beside the picture
+//! moves nothing: it may change the scale, which changes no digit.
 
 use glam::{DAffine3, DMat4, DVec3};
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
@@ -72,13 +73,62 @@ impl WorldBounds {
     }
 }
 
+/// What a camera may see without mirrors, in world space: the part of space within five planes.
+pub(super) struct View {
+    /// Where the camera stands.
+    pub(super) eye: DVec3,
+    /// A point and the inward normal of each plane. Without any, nothing is known of what is seen.
+    pub(super) planes: Option<[(DVec3, DVec3); 5]>,
+}
+
+/// A place of the scene near a camera.
+#[derive(Clone, Copy)]
+pub(super) struct NearPlace {
+    distance2: f64,
+    p: DVec3,
+}
+
+impl NearPlace {
+    /// The nearer one; of equally near ones that with the smaller coordinates, so that order decides nothing.
+    pub(super) fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
+        let (Some(x), Some(y)) = (a, b) else {
+            return a.or(b);
+        };
+        let key = |place: &Self| [place.distance2, place.p.x, place.p.y, place.p.z];
+        if key(&y) < key(&x) { b } else { a }
+    }
+}
+
+impl View {
+    /// The point of a box nearest the camera, if the box reaches into the view.
+    pub(super) fn nearest_of(&self, bounds: &WorldBounds) -> Option<NearPlace> {
+        let planes = self.planes.as_ref()?;
+        let is_within = (bounds.max - bounds.min).min_element() >= 0.0
+            && planes.iter().all(|&(at, inward)| {
+                let farthest = DVec3::select(inward.cmpge(DVec3::ZERO), bounds.max, bounds.min);
+                (farthest - at).dot(inward) >= 0.0
+            });
+        let p = self.eye.clamp(bounds.min.min(bounds.max), bounds.max);
+        is_within.then_some(NearPlace {
+            distance2: p.distance_squared(self.eye),
+            p,
+        })
+    }
+
+    /// The origin of render space: the nearest place that was found, or the camera itself.
+    pub(super) fn origin(&self, nearest: Option<NearPlace>) -> DVec3 {
+        nearest.map_or(self.eye, |place| place.p)
+    }
+}
+
 impl RenderSpace {
-    pub(super) fn new(bounds: WorldBounds, camera: DVec3) -> Self {
+    /// With the given place of the world as the origin, for a scene within `bounds`.
+    pub(super) fn new(bounds: WorldBounds, origin: DVec3) -> Self {
         let extent = bounds.max - bounds.min;
-        let (origin, size) = if extent.min_element() >= 0.0 {
-            (camera.clamp(bounds.min, bounds.max), extent.max_element())
+        let size = if extent.min_element() >= 0.0 {
+            extent.max_element()
         } else {
-            (camera, 0.0)
+            0.0
         };
         let scale = if size > 0.0 && size.is_finite() {
             1.0 / power_of_two_near(size)

@@ -73,9 +73,10 @@ pub fn after_specular(
     part: &SpecularPart,
 ) -> RayDifferential {
     let (cos_o, cos_i) = (wo.dot(ns), part.wi.dot(ns));
+    let [dndu, dndv] = surface.normal_derivatives();
     let leaving = |neighbour: &Ray, dp: Vec3, [du, dv]: [f32; 2]| {
         let dwo = -neighbour.d - wo;
-        let dn = surface.dndu * du + surface.dndv * dv;
+        let dn = dndu * du + dndv * dv;
         let d_cos_o = dwo.dot(ns) + wo.dot(dn);
         let d_wi = match part.refraction {
             // wi = −wo + 2 cosₒ n
@@ -134,7 +135,7 @@ mod tests {
         let hit = world.closest(ray, f32::INFINITY).expect("it hits");
         let surface = world.surface(ray, &hit);
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
-        let mut bsdf = Bsdf::new(frame, surface.ng);
+        let mut bsdf = Bsdf::new(frame, surface.n_side);
         bsdf.add(Bxdf::SmoothDielectric(SmoothDielectric {
             kr: Rgb::ONE,
             kt: Rgb::ONE,

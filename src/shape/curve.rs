@@ -381,7 +381,7 @@ impl Curves {
         let (o, d) = self.curve_ray(ray);
         let at = self.surface_in_curve_space(element, o, d, hit);
         match &self.render_from_curve {
-            Some(transform) => at.placed(transform),
+            Some(transform) => at.placed(transform, 1.0),
             None => at,
         }
     }
@@ -431,14 +431,17 @@ impl Curves {
             p,
             p_err: self.error_box * (2.0 * width as f32) + Vec3(rounding),
             ng,
+            n_side: ng,
             ns: ng,
             uv: [u, v],
             dpdu: Vec3::from_f64(dpdu),
             dpdv: Vec3::from_f64(dpdv),
             tangent: Vec3::from_f64(dpdu),
+            bitangent: Vec3::from_f64(dpdv),
             dndu: Vec3::ZERO,
             dndv: Vec3::ZERO,
             face: 0,
+            dn_scale: 1.0,
         }
     }
 
@@ -453,7 +456,7 @@ impl Curves {
         at.p_err = Vec3((at.p.0.abs() + o.abs()) * (4.0 * EPSILON));
         let pdf_w = self.render_density(w, window.pdf_w(w));
         let at = match &self.render_from_curve {
-            Some(transform) => at.placed(transform),
+            Some(transform) => at.placed(transform, 1.0),
             None => at,
         };
         (pdf_w > 0.0).then_some(ShapeSample {

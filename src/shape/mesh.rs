@@ -1,6 +1,6 @@
 //! Triangle meshes. Vertices are in render space; scene-file manual: `trianglemesh`, `plymesh`.
 
-use glam::{DVec3, Vec3A};
+use glam::{DMat3, DVec3, Vec3A};
 
 use crate::accel::RayShear;
 use crate::math::error::{EPSILON, gamma};
@@ -35,6 +35,20 @@ pub struct Mesh {
     /// Length of the tangents of a mesh with normals or tangents: one unit of the space in which it was defined. Bump
     /// maps are measured by it.
     pub unit: f32,
+    /// Length of a normal in the space in which the mesh was defined, over that of the one here.
+    pub normal_unit: f32,
+    /// What an instance does to directions, where the mesh is a part of the world itself: frames are made in the space
+    /// in which it was defined, and moved by it.
+    pub instance: Option<Box<Linear>>,
+}
+
+/// A linear map that can be inverted.
+#[derive(Clone, Copy, Debug)]
+pub struct Linear {
+    /// The map.
+    pub forward: DMat3,
+    /// Its inverse.
+    pub inverse: DMat3,
 }
 
 impl Default for Mesh {
@@ -49,6 +63,8 @@ impl Default for Mesh {
             reverse_orientation: false,
             flip_face: false,
             unit: 1.0,
+            normal_unit: 1.0,
+            instance: None,
         }
     }
 }
@@ -209,49 +225,84 @@ impl Mesh {
             )
         };
         let (mut dpdu, mut dpdv) = by_uv(corners);
-        let (mut dndu, mut dndv) = (DVec3::ZERO, DVec3::ZERO);
+        let (mut dndu, mut dndv, mut dn_scale) = (DVec3::ZERO, DVec3::ZERO, 1.0);
         if det == 0.0 || !dpdu.is_finite() || !dpdv.is_finite() || dpdu.cross(dpdv) == DVec3::ZERO {
-            let frame = Frame::from_z(Vec3::from_f64(area_normal(corners).normalize_or_zero()));
-            (dpdu, dpdv) = (frame.s.to_f64(), frame.t.to_f64());
+            (dpdu, dpdv) = self.any_frame(area_normal(corners).normalize_or_zero());
         } else if !self.normals.is_empty() {
-            let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
-            let [n0, n1, n2] = self.triangles[triangle as usize].map(|v| {
-                DVec3::from(self.normals[v as usize].map(f64::from)).normalize_or_zero() * sign
-            });
-            (dndu, dndv) = by_uv([n0, n1, n2]);
+            let normals = self.triangles[triangle as usize]
+                .map(|v| DVec3::from(self.normals[v as usize].map(f64::from)));
+            (dndu, dndv) = by_uv(normals);
+            let at = normals[0] * b[0] + normals[1] * b[1] + normals[2] * b[2];
+            let length = at.length() * f64::from(self.normal_unit);
+            if length > 0.0 {
+                let sign = if self.reverse_orientation { -1.0 } else { 1.0 };
+                dn_scale = (sign / length) as f32;
+            }
         }
-        let tangent = if self.has_frame() {
-            self.frame_tangent(triangle, b, ns.to_f64(), dpdu)
+        let [tangent, bitangent] = if self.has_frame() {
+            self.frame(triangle, b, ns.to_f64(), dpdu)
         } else {
-            dpdu
+            [dpdu, dpdv]
         };
+        let derivative = |dn: DVec3| Vec3::from_f64(dn * f64::from(self.normal_unit));
         SurfacePoint {
             p,
             p_err,
             ng,
+            n_side: ng,
             ns,
             uv: self.uv(triangle, barycentric),
             dpdu: Vec3::from_f64(dpdu),
             dpdv: Vec3::from_f64(dpdv),
             tangent: Vec3::from_f64(tangent),
-            dndu: Vec3::from_f64(dndu),
-            dndv: Vec3::from_f64(dndv),
             face: self.faces.get(triangle as usize).copied().unwrap_or(0),
+            bitangent: Vec3::from_f64(bitangent),
+            dndu: derivative(dndu),
+            dndv: derivative(dndv),
+            dn_scale,
         }
     }
 
-    /// The tangent of the shading frame at a point: opposite to the interpolated tangent, or to `dpdu`, as pbrt-v3 has
-    /// it. Only bump maps tell the difference.
-    fn frame_tangent(&self, triangle: u32, b: [f64; 3], ns: DVec3, dpdu: DVec3) -> DVec3 {
-        let along = self
+    /// Two directions across the face normal `n`, one unit of the space of the definition long, where there is no
+    /// parametrisation.
+    fn any_frame(&self, n: DVec3) -> (DVec3, DVec3) {
+        let [s, t] = self.as_defined(n, |n| {
+            let frame = Frame::from_z(Vec3::from_f64(n));
+            [frame.s.to_f64(), frame.t.to_f64()]
+        });
+        (s, t)
+    }
+
+    /// What `frame` makes of a unit normal in the space in which the mesh was defined.
+    #[inline]
+    fn as_defined(&self, n: DVec3, frame: impl FnOnce(DVec3) -> [DVec3; 2]) -> [DVec3; 2] {
+        let unit = f64::from(self.unit);
+        match &self.instance {
+            None => frame(n).map(|v| v * unit),
+            Some(instance) => {
+                let n = (instance.forward.transpose() * n).normalize_or_zero();
+                frame(n).map(|v| instance.forward * v * unit)
+            }
+        }
+    }
+
+    /// Tangent and bitangent of the shading frame at a point: the first opposite to the interpolated tangent, or to
+    /// `dpdu`, as pbrt-v3 has it. Only bump maps tell the difference.
+    fn frame(&self, triangle: u32, b: [f64; 3], ns: DVec3, dpdu: DVec3) -> [DVec3; 2] {
+        let mut along = self
             .interpolate(&self.tangents, triangle, b)
             .filter(|s| *s != DVec3::ZERO && s.is_finite())
             .unwrap_or(dpdu);
-        let tangent = match ns.cross(along).try_normalize() {
-            Some(across) => ns.cross(across),
-            None => Frame::from_z(Vec3::from_f64(ns)).s.to_f64(),
-        };
-        tangent * f64::from(self.unit)
+        if let Some(instance) = &self.instance {
+            along = instance.inverse * along;
+        }
+        self.as_defined(ns, |ns| {
+            let tangent = match ns.cross(along).try_normalize() {
+                Some(across) => ns.cross(across),
+                None => Frame::from_z(Vec3::from_f64(ns)).s.to_f64(),
+            };
+            [tangent, ns.cross(tangent)]
+        })
     }
 
     /// See [`crate::shape::Shape::sample_area`].

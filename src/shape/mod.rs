@@ -84,7 +84,10 @@ pub struct SurfacePoint {
     pub p_err: Vec3,
     /// Geometric normal, unit, on the side emission leaves from and `outside` media lie on.
     pub ng: Normal3,
-    /// Shading normal, unit, on the same side as `ng`.
+    /// Unit normal that tells on which side of the surface a direction is for scattering: `ng`, but for quadrics whose
+    /// normal is not that of their surface.
+    pub n_side: Normal3,
+    /// Shading normal, unit, on the same side as `n_side`.
     pub ns: Normal3,
     /// Surface parameters.
     pub uv: [f32; 2],
@@ -93,30 +96,34 @@ pub struct SurfacePoint {
     /// Derivative of position by `v`.
     pub dpdv: Vec3,
     /// Tangent that orients the shading frame: `dpdu` itself, which is not perpendicular to `ns` in general, or what
-    /// [`Mesh::unit`] says of meshes with a frame of their own.
+    /// [`Mesh::unit`] says of meshes with a frame of their own. With `bitangent` what bump mapping bends.
     pub tangent: Vec3,
-    /// Derivative of the shading normal by `u`.
+    /// `dpdv`, or what goes with a tangent of a frame of its own.
+    pub bitangent: Vec3,
+    /// What bump mapping takes for the derivative of the shading normal by `u`, as pbrt-v3 has it in world space: that
+    /// of the normal in the space of the shape, whatever its orientation and its length, taken to world space by the
+    /// inverse transpose. Surfaces of twice the size have half of it. [`Self::normal_derivatives`] are true ones.
     pub dndu: Vec3,
-    /// Derivative of the shading normal by `v`.
+    /// The same by `v`.
     pub dndv: Vec3,
     /// Number of the face among those of a Ptex file: see [`Mesh::faces`].
     pub face: u32,
+    /// Signed: what `dndu` and `dndv` are to be multiplied by to be derivatives of the unit normal, apart from what
+    /// they have along it.
+    pub dn_scale: f32,
 }
 
 impl SurfacePoint {
-    /// The derivatives of position that bump mapping bends: those by `u` and `v`, or the axes of a shading frame that
-    /// is apart from the parametrisation.
-    pub fn shading_derivatives(&self) -> [Vec3; 2] {
-        if self.tangent == self.dpdu {
-            [self.dpdu, self.dpdv]
-        } else {
-            [self.tangent, Vec3::from(self.ns).cross(self.tangent)]
-        }
+    /// The derivatives of the shading normal, a unit vector, by `u` and `v`.
+    pub fn normal_derivatives(&self) -> [Vec3; 2] {
+        let ns = Vec3::from(self.ns);
+        [self.dndu, self.dndv].map(|dn| (dn - ns * ns.dot(dn)) * self.dn_scale)
     }
 
-    /// The same surface placed by a transform from its space to another. The error bound also covers the way back: a
-    /// ray that leaves the point is rounded to f32 once more when it is taken to the space of the surface.
-    pub fn placed(&self, transform: &Transform) -> Self {
+    /// The same surface placed by a transform from its space to another, in which one unit of the world is `growth`
+    /// times as long as in the first. The error bound also covers the way back: a ray that leaves the point is rounded
+    /// to f32 once more when it is taken to the space of the surface.
+    pub fn placed(&self, transform: &Transform, growth: f64) -> Self {
         let p = transform.point(self.p.to_f64());
         let m = &transform.affine().matrix3;
         let err = self.p_err.to_f64() + self.p.to_f64().abs() * (2.0 * EPSILON as f64);
@@ -125,21 +132,27 @@ impl SurfacePoint {
             + m.z_axis.abs() * err.z
             + p.abs() * EPSILON as f64;
         let vector = |v: Vec3| Vec3::from_f64(transform.vector(v.to_f64()));
-        let ng = Normal3::from_f64(transform.normal(self.ng.to_f64()).normalize());
-        let ns = Normal3::from_f64(transform.normal(self.ns.to_f64()).normalize());
-        let derivative = |n: Vec3| Vec3::from_f64(transform.normal(n.to_f64()));
+        let unit_normal = |n: Normal3| Normal3::from_f64(transform.normal(n.to_f64()).normalize());
+        let (ng, n_side) = (unit_normal(self.ng), unit_normal(self.n_side));
+        // By the inverse transpose of a map from world to world.
+        let world_normal = |n: DVec3| transform.normal(n) * growth;
+        let derivative = |dn: Vec3| Vec3::from_f64(world_normal(dn.to_f64()));
+        let stretch = world_normal(self.ns.to_f64()).length();
         Self {
             p: Point3::from_f64(p),
             p_err: Vec3::from_f64(p_err),
             ng,
-            ns: ns.face_forward(ng),
+            n_side,
+            ns: unit_normal(self.ns).face_forward(n_side),
             uv: self.uv,
             dpdu: vector(self.dpdu),
             dpdv: vector(self.dpdv),
             tangent: vector(self.tangent),
+            bitangent: vector(self.bitangent),
             dndu: derivative(self.dndu),
             dndv: derivative(self.dndv),
             face: self.face,
+            dn_scale: (f64::from(self.dn_scale) / stretch) as f32,
         }
     }
 }
@@ -385,7 +398,7 @@ mod tests {
             let Some(hit) = shape.intersect(0, &ray, &RayShear::new(&ray), f32::INFINITY) else {
                 continue;
             };
-            let surface = shape.surface(0, &ray, &hit).placed(&placed);
+            let surface = shape.surface(0, &ray, &hit).placed(&placed, 1.0);
             // Away from a sphere, either way from a triangle.
             let mut d = random(1.0);
             if k % 2 == 0 && surface.ng.dot(d) < 0.0 {

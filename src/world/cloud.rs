@@ -395,6 +395,7 @@ mod tests {
         parts.instances.push(Instance {
             object: ObjectId::new(0),
             render_from_object: Motion::Still(Transform::scale_translate(1.0, place)),
+            growth: 1.0,
         });
     }
 

@@ -19,6 +19,8 @@ pub struct Instance {
     pub object: ObjectId,
     /// Where.
     pub render_from_object: Motion,
+    /// Length in render space of one unit of the world, over that in the space of the object.
+    pub growth: f64,
 }
 
 impl Object {

@@ -469,7 +469,7 @@ impl World {
             {
                 return shape
                     .surface(hit.target.element, &object_ray, &hit.at)
-                    .placed(&transform);
+                    .placed(&transform, instance.growth);
             }
         }
         shape.surface(hit.target.element, ray, &hit.at)

@@ -152,3 +152,41 @@ fn null_shells_change_no_mean() {
 fn null_shells_change_no_mean_of_many_scenes() {
     for_all(50, true, nest(), nesting);
 }
+
+/// Far out, beside the picture or behind the camera.
+fn speck() -> impl Strategy<Value = [f64; 3]> {
+    let away = (2u32..=17).prop_map(|k| 3.0 * 2f64.powi(k as i32));
+    (0usize..5, away).prop_map(|(side, away)| match side {
+        0 => [away, 0.0, 0.0],
+        1 => [-away, 0.0, 0.0],
+        2 => [0.0, away, 0.0],
+        3 => [0.0, -away, 0.0],
+        _ => [0.0, 0.0, -6.0 - away],
+    })
+}
+
+fn adding_a_speck((scene, [x, y, z]): (Still, [f64; 3])) -> Result<(), TestCaseError> {
+    let speck = format!(
+        "AttributeBegin Material \"matte\" \"rgb Kd\" [0 0 0] Translate {x} {y} {z} \
+         Shape \"trianglemesh\" \"point P\" [0 0 0 .015625 0 0 0 .015625 .015625] \
+         \"integer indices\" [0 1 2] AttributeEnd\n"
+    );
+    let [without, with] =
+        ["", &speck].map(|before| picture(&job(&scene.text(1.0, &Stand::default(), before))));
+    assert_identical(&without, &with, &format!("a speck at {x} {y} {z}"))
+}
+
+const WITHOUT_LIGHT_PATHS: &[&str] = &["path", "volpath", "directlighting", "whitted"];
+
+#[test]
+fn a_speck_out_of_sight_changes_no_bit() {
+    let scenes = still(WITHOUT_LIGHT_PATHS, false);
+    for_all(200, false, (scenes, speck()), adding_a_speck);
+}
+
+#[test]
+#[ignore = "long"]
+fn a_speck_out_of_sight_changes_no_bit_of_many_scenes() {
+    let scenes = still(WITHOUT_LIGHT_PATHS, false);
+    for_all(200, true, (scenes, speck()), adding_a_speck);
+}

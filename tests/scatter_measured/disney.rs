@@ -132,14 +132,17 @@ impl Sheet {
             p: Point3::ZERO,
             p_err: Vec3::ZERO,
             ng: n,
+            n_side: n,
             ns: n,
             uv: [0.5; 2],
             dpdu: x,
             dpdv: y,
             tangent: x,
+            bitangent: y,
             dndu: Vec3::ZERO,
             dndv: Vec3::ZERO,
             face: 0,
+            dn_scale: 1.0,
         };
         let ctx = TextureContext {
             p: Point3::ZERO,

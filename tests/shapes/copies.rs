@@ -4,7 +4,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec3};
 use tyndall::math::{Point3, Ray, Transform, Vec3};
-use tyndall::shape::quadric::{Disk, Form, Paraboloid, Sphere, cone, cylinder, hyperboloid};
+use tyndall::shape::quadric::{Disk, Form, Paraboloid, Sphere, Sweep, cone, cylinder, hyperboloid};
 use tyndall::shape::{Mesh, Quadric, Shape};
 use tyndall_test_support::Uniform;
 
@@ -15,6 +15,8 @@ pub(crate) struct Definition {
     point: Box<dyn Fn(f64, f64) -> DVec3>,
     /// Area by a closed form, where there is a simple one.
     pub(crate) area: Option<f64>,
+    /// Whether the derivatives by v and those of the normal are those of the point.
+    pub(crate) is_parametrised: bool,
 }
 
 impl Definition {
@@ -28,13 +30,43 @@ fn turned(p: DVec3, phi: f64) -> DVec3 {
     glam::DMat3::from_rotation_z(phi) * p
 }
 
-fn hyperbolic(name: &str, p1: [f64; 3], p2: [f64; 3], phi_max: f64) -> Definition {
+/// The squared distance from the axis, as a function of z, of pbrt-v3's surface a (x² + y²) − c z² = 1: its waist is at
+/// z = 0, and it goes through the circle of `p2` and that of a point beyond on the segment's line.
+pub(crate) fn pbrts_hyperboloid(p1: DVec3, p2: DVec3) -> impl Fn(f64) -> f64 {
+    let beyond = p1 + (p2 - p1) * 2.0;
+    let squares = |p: DVec3| (p.truncate().length_squared(), p.z * p.z);
+    let ((r1, z1), (r2, z2)) = (squares(beyond), squares(p2));
+    // Two circles, two linear equations.
+    let det = r2 * z1 - r1 * z2;
+    let (a, c) = ((z1 - z2) / det, (r1 - r2) / det);
+    move |z| (1.0 + c * z * z) / a
+}
+
+fn swept(name: &str, [p1, p2]: [[f64; 3]; 2], phi_max: f64) -> Definition {
     let (p1, p2) = (DVec3::from(p1), DVec3::from(p2));
     Definition {
         name: name.to_owned(),
-        form: Form::Sweep(hyperboloid(p1, p2, phi_max)),
+        form: Form::Sweep(Sweep::new(p1, p2, phi_max)),
         point: Box::new(move |u, v| turned(p1.lerp(p2, v), phi_max * u)),
         area: None,
+        is_parametrised: true,
+    }
+}
+
+fn bent(name: &str, [p1, p2]: [[f64; 3]; 2], phi_max: f64) -> Definition {
+    let (p1, p2) = (DVec3::from(p1), DVec3::from(p2));
+    let rho2 = pbrts_hyperboloid(p1, p2);
+    Definition {
+        name: name.to_owned(),
+        form: hyperboloid(p1, p2, phi_max),
+        point: Box::new(move |u, v| {
+            let on_segment = p1.lerp(p2, v);
+            let outward = on_segment.truncate().normalize();
+            let p = (outward * rho2(on_segment.z).sqrt()).extend(on_segment.z);
+            turned(p, phi_max * u)
+        }),
+        area: None,
+        is_parametrised: false,
     }
 }
 
@@ -51,18 +83,21 @@ pub(crate) fn definitions() -> Vec<Definition> {
                 turned(DVec3::new(theta.sin(), 0.0, theta.cos()), phi_max * u)
             }),
             area: Some(phi_max * 1.4),
+            is_parametrised: true,
         });
         all.push(Definition {
             name: named("disk"),
             form: Form::Disk(Disk::new(0.5, 1.0, 0.3, phi_max)),
             point: Box::new(move |u, v| turned(DVec3::new(1.0 - 0.7 * v, 0.0, 0.5), phi_max * u)),
             area: Some(phi_max * 0.5 * 0.91),
+            is_parametrised: true,
         });
         all.push(Definition {
             name: named("cylinder"),
             form: Form::Sweep(cylinder(0.7, 1.0, -0.5, phi_max)),
             point: Box::new(move |u, v| turned(DVec3::new(0.7, 0.0, 1.5 * v - 0.5), phi_max * u)),
             area: Some(phi_max * 0.7 * 1.5),
+            is_parametrised: true,
         });
         all.push(Definition {
             name: named("cone"),
@@ -71,6 +106,7 @@ pub(crate) fn definitions() -> Vec<Definition> {
                 turned(DVec3::new(0.6 * (1.0 - v), 0.0, 1.4 * v), phi_max * u)
             }),
             area: Some(phi_max * 0.5 * 0.6 * 0.6f64.hypot(1.4)),
+            is_parametrised: true,
         });
         all.push(Definition {
             name: named("paraboloid"),
@@ -83,6 +119,7 @@ pub(crate) fn definitions() -> Vec<Definition> {
                 phi_max * 0.8 / (12.0 * 1.5 * 1.5)
                     * ((0.8 * 0.8 + 4.0 * 1.5 * 1.5f64).powf(1.5) - 0.8f64.powi(3)),
             ),
+            is_parametrised: true,
         });
         all.push(Definition {
             name: named("hanging paraboloid"),
@@ -92,49 +129,49 @@ pub(crate) fn definitions() -> Vec<Definition> {
                 turned(DVec3::new(0.4 * (z / -0.5).sqrt(), 0.0, z), phi_max * u)
             }),
             area: None,
+            is_parametrised: true,
         });
         let twisted = [[0.8, -0.7, -0.9], [0.4, 0.9, 0.6]];
-        all.push(hyperbolic(
-            &named("hyperboloid"),
-            twisted[0],
-            twisted[1],
-            phi_max,
-        ));
-        all.push(hyperbolic(
-            &named("hyperboloid, downward"),
-            twisted[1],
-            twisted[0],
-            phi_max,
-        ));
         let narrow = [[0.5, -0.3, 0.1], [0.4, 0.9, 0.6]];
-        all.push(hyperbolic(
-            &named("hyperboloid, beside its waist"),
-            narrow[0],
-            narrow[1],
-            phi_max,
-        ));
-        let bent = [[0.5, 0.0, 0.2], [-0.9, 0.0, 1.3]];
-        all.push(hyperbolic(&named("double cone"), bent[0], bent[1], phi_max));
+        let crossing = [[0.5, 0.0, 0.2], [-0.9, 0.0, 1.3]];
         let flat = [[0.3, 0.2, 0.7], [0.9, 0.8, 0.7]];
-        all.push(hyperbolic(&named("ring"), flat[0], flat[1], phi_max));
+        for (name, segment) in [
+            ("sweep", twisted),
+            ("sweep, beside its waist", narrow),
+            ("double cone", crossing),
+            ("ring", flat),
+        ] {
+            all.push(swept(&named(name), segment, phi_max));
+        }
+        let barrel = [[1.0, 0.0, -0.9], [0.6, 0.15, 0.7]];
+        for (name, segment) in [
+            ("hyperboloid", twisted),
+            ("hyperboloid, downward", [twisted[1], twisted[0]]),
+            ("hyperboloid like a barrel", barrel),
+        ] {
+            all.push(bent(&named(name), segment, phi_max));
+        }
     }
     all.push(Definition {
         name: "cylinder like a wire".to_owned(),
         form: Form::Sweep(cylinder(1e-3, -1.0, 1.0, TAU)),
         point: Box::new(|u, v| turned(DVec3::new(1e-3, 0.0, 2.0 * v - 1.0), TAU * u)),
         area: Some(TAU * 2e-3),
+        is_parametrised: true,
     });
     all.push(Definition {
         name: "cone like a plate".to_owned(),
         form: Form::Sweep(cone(1.0, 1e-6, TAU)),
         point: Box::new(|u, v| turned(DVec3::new(1.0 - v, 0.0, 1e-6 * v), TAU * u)),
         area: Some(0.5 * TAU),
+        is_parametrised: true,
     });
     all.push(Definition {
         name: "paraboloid like a plate".to_owned(),
         form: Form::Paraboloid(Paraboloid::new(1.0, 0.0, 1e-9, TAU)),
         point: Box::new(|u, v| turned(DVec3::new(v.sqrt(), 0.0, 1e-9 * v), TAU * u)),
         area: Some(0.5 * TAU),
+        is_parametrised: true,
     });
     all
 }

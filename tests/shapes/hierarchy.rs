@@ -95,6 +95,7 @@ fn everything() -> WorldParts {
         parts.instances.push(Instance {
             object: ObjectId(k / 2 % 2),
             render_from_object,
+            growth: 1.0,
         });
     }
     parts.lights = (0..50)

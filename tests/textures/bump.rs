@@ -19,14 +19,17 @@ fn plane() -> SurfacePoint {
         p: Point3::new(0.6, 1.2, 0.0),
         p_err: Vec3::ZERO,
         ng: Normal3::new(0.0, 0.0, 1.0),
+        n_side: Normal3::new(0.0, 0.0, 1.0),
         ns: Normal3::new(0.0, 0.0, 1.0),
         uv: [0.3, 0.3],
         dpdu: Vec3::new(2.0, 0.0, 0.0),
         dpdv: Vec3::new(0.0, 4.0, 0.0),
         tangent: Vec3::new(2.0, 0.0, 0.0),
+        bitangent: Vec3::new(0.0, 4.0, 0.0),
         dndu: Vec3::ZERO,
         dndv: Vec3::ZERO,
         face: 0,
+        dn_scale: 1.0,
     }
 }
 
@@ -96,7 +99,7 @@ fn heights_are_in_world_units() {
     surface.p = surface.p + (Point3::ZERO - surface.p) * 0.5;
     surface.dpdu *= 0.5;
     surface.dpdv *= 0.5;
-    surface.tangent = surface.dpdu;
+    (surface.tangent, surface.bitangent) = (surface.dpdu, surface.dpdv);
     let mut textures = Textures::new(0.5);
     let source = slope(&mut textures, 1.0, 2.0);
     let bumped = bumped(&surface, source, &at(&surface), &textures);
@@ -108,7 +111,7 @@ fn normals_stay_on_the_side_of_the_surface() {
     for side in [1.0, -1.0] {
         let mut surface = plane();
         surface.ng = Normal3::new(0.0, 0.0, side);
-        surface.ns = surface.ng;
+        (surface.ns, surface.n_side) = (surface.ng, surface.ng);
         let mut textures = Textures::default();
         let source = slope(&mut textures, 1.0, 2.0);
         let bumped = bumped(&surface, source, &at(&surface), &textures);
@@ -128,6 +131,7 @@ fn a_curved_surface_bends_by_its_own_height() {
         dpdu: Vec3::new(radius, 0.0, 0.0),
         dpdv: Vec3::new(0.0, 1.0, 0.0),
         tangent: Vec3::new(radius, 0.0, 0.0),
+        bitangent: Vec3::new(0.0, 1.0, 0.0),
         dndu: Vec3::new(1.0, 0.0, 0.0),
         ..plane()
     };
@@ -175,6 +179,7 @@ fn meshes_with_frames_of_their_own_are_bumped_inward_by_their_unit() {
     // Tangents as meshes with normals have them: against u, one unit long.
     let mut surface = plane();
     surface.tangent = Vec3::new(-1.0, 0.0, 0.0);
+    surface.bitangent = Vec3::new(0.0, -1.0, 0.0);
     let mut textures = Textures::default();
     let source = slope(&mut textures, 1.0, 2.0);
     let bumped = bumped(&surface, source, &at(&surface), &textures);
@@ -210,6 +215,15 @@ fn frames_of_meshes_with_normals_are_one_unit_of_their_own_space_long() {
             ),
             Some((6.0, 1.0, 4.0)),
         ),
+        // An instance mirrors the frame, it does not make another.
+        (
+            "",
+            format!(
+                "ObjectBegin \"o\" {} ObjectEnd Scale -1 1 1 ObjectInstance \"o\"",
+                square(NORMALS)
+            ),
+            Some((6.0, 1.0, 1.0)),
+        ),
     ] {
         let scene = format!("WorldBegin LightSource \"infinite\" {before} {shape} WorldEnd");
         let job = compile_scene(scene, &CompileOptions::default(), |_| None).job;
@@ -218,7 +232,7 @@ fn frames_of_meshes_with_normals_are_one_unit_of_their_own_space_long() {
             panic!("a mesh");
         };
         let surface = mesh.surface(0, [0.2, 0.3]);
-        let [dpdu, dpdv] = surface.shading_derivatives();
+        let [dpdu, dpdv] = [surface.tangent, surface.bitangent];
         let Some((width, side, stretched)) = frame else {
             assert_eq!([dpdu, dpdv], [surface.dpdu, surface.dpdv]);
             continue;
@@ -256,7 +270,7 @@ fn g26_extreme_displacements_keep_a_normal_on_its_side() {
     }
     let mut flat = plane();
     (flat.dpdu, flat.tangent) = (Vec3::ZERO, Vec3::ZERO);
-    flat.dpdv = Vec3::ZERO;
+    (flat.dpdv, flat.bitangent) = (Vec3::ZERO, Vec3::ZERO);
     let bumped_point = bumped(&flat, constant(0.0), &at(&flat), &textures);
     assert_eq!(bumped_point.ns, flat.ns);
     // Parameters without room for the step still give a normal.
@@ -277,4 +291,44 @@ fn steps_far_out_are_what_the_parameters_change_by() {
     let source = slope(&mut textures, 0.5, 0.0);
     let bumped = bumped(&surface, source, &at(&surface), &textures);
     assert_normal(bumped.ns, [-0.25, 0.0, 1.0], "far out");
+}
+
+#[test]
+fn normals_of_meshes_change_as_pbrt_has_them_in_the_world() {
+    // Normals (u, 0, 1) as written; a scale s leaves 1/s of them, and an orientation has no say.
+    let shape = square("\"normal N\" [0 0 1 1 0 1 1 0 1 0 0 1]");
+    let speck = "Shape \"sphere\" \"float radius\" .01";
+    for (before, instance, scale, side) in [
+        ("", false, 1.0, 1.0),
+        ("ReverseOrientation", false, 1.0, -1.0),
+        ("Scale 8 8 8", false, 8.0, 1.0),
+        ("Scale 8 8 8", true, 8.0, 1.0),
+        ("Translate 900 0 0", false, 1.0, 1.0),
+    ] {
+        let placed = if instance {
+            format!("ObjectBegin \"o\" {shape} ObjectEnd {before} ObjectInstance \"o\"")
+        } else {
+            format!("AttributeBegin {before} {shape} AttributeEnd {speck}")
+        };
+        let scene = format!("WorldBegin LightSource \"infinite\" {placed} WorldEnd");
+        let job = compile_scene(scene, &CompileOptions::default(), |_| None).job;
+        let Shape::Mesh(mesh) = &job.world.geometry(GeometryId::new(0)).shape else {
+            panic!("a mesh");
+        };
+        let surface = mesh.surface(0, [0.2, 0.3]);
+        let what = format!("{before}, {instance}");
+        assert_near(surface.dndu, [1.0 / scale, 0.0, 0.0], &what);
+        assert_near(surface.dndv, [0.0; 3], &what);
+        let u = f64::from(surface.uv[0]);
+        let cubed = (1.0 + u * u).powf(1.5) * side;
+        let [by_u, by_v] = surface.normal_derivatives();
+        assert_near(by_u, [1.0 / cubed, 0.0, -u / cubed], &what);
+        assert_near(by_v, [0.0; 3], &what);
+    }
+}
+
+#[track_caller]
+fn assert_near(actual: Vec3, expected: [f64; 3], what: &str) {
+    let error = actual.to_f64().distance(expected.into());
+    assert!(error < 1e-5, "{what}: {actual:?} is not {expected:?}");
 }

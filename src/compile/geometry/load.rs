@@ -10,9 +10,9 @@ use tyndall_parser::diagnostic::Diagnostics;
 use tyndall_parser::schema::Family;
 
 use crate::compile::assets::Assets;
-use crate::compile::placement::{InstanceMotion, InstancePlacement, Placement, placement};
+use crate::compile::placement::{InstancePlacement, Placement, placement};
 use crate::compile::shapes::{Local, Masks, ReadShape, read_shape};
-use crate::compile::space::WorldBounds;
+use crate::compile::space::{NearPlace, View, WorldBounds};
 use crate::describe::description::{Frame, MaterialEntity, ObjectEntity, ObjectRef, ShapeEntity};
 use crate::math::Transform;
 
@@ -198,20 +198,34 @@ impl Loaded {
             .collect()
     }
 
+    /// Where the origin of render space is.
+    pub(in crate::compile) fn origin(&self, view: &View) -> DVec3 {
+        let mut nearest = self
+            .shapes
+            .iter()
+            .map(|shape| view.nearest_of(&shape.world_bounds))
+            .fold(None, NearPlace::nearer);
+        for object in &self.objects {
+            let of_object = bounds_of(&object.shapes);
+            let of_placement = |placement: &InstancePlacement| {
+                view.nearest_of(&placement.world_bounds(&of_object))
+            };
+            nearest = self.placements[object.placements.clone()]
+                .par_iter()
+                .with_min_len(MANY_INSTANCES)
+                .map(of_placement)
+                .reduce(|| nearest, NearPlace::nearer);
+        }
+        view.origin(nearest)
+    }
+
     /// Box around the scene in world space; motion counts at its key frames.
     pub(in crate::compile) fn world_bounds(&self) -> WorldBounds {
         let mut bounds = bounds_of(&self.shapes);
         for object in &self.objects {
             let of_object = bounds_of(&object.shapes);
-            let add = |mut bounds: WorldBounds, placement: &InstancePlacement| {
-                match &placement.world_from_instance {
-                    InstanceMotion::Still(map) => bounds.add_image(map, &of_object),
-                    InstanceMotion::Moving(moving) => moving
-                        .keys()
-                        .iter()
-                        .for_each(|key| bounds.add_image(key.affine(), &of_object)),
-                }
-                bounds
+            let add = |bounds: WorldBounds, placement: &InstancePlacement| {
+                bounds.union(placement.world_bounds(&of_object))
             };
             bounds = self.placements[object.placements.clone()]
                 .par_iter()

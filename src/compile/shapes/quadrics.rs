@@ -48,7 +48,7 @@ pub(super) fn paraboloid(p: &mut ParamReader) -> Form {
 
 pub(super) fn hyperboloid(p: &mut ParamReader) -> Form {
     let [p1, p2] = ["p1", "p2"].map(|name| DVec3::from(p.point3(name).map(f64::from)));
-    Form::Sweep(quadric::hyperboloid(p1, p2, phi_max(p)))
+    quadric::hyperboloid(p1, p2, phi_max(p))
 }
 
 fn floats<const N: usize>(p: &mut ParamReader, names: [&str; N]) -> [f64; N] {

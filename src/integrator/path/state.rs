@@ -325,7 +325,7 @@ impl<O: Observer> State<'_, O> {
         // Light leaves as from a diffuse surface, whatever way it came.
         let surface = &exit.surface;
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
-        let mut bsdf = Bsdf::new(frame, surface.ng);
+        let mut bsdf = Bsdf::new(frame, surface.n_side);
         bsdf.add(Bxdf::SubsurfaceExit(bssrdf.exit()));
         let wo = Vec3::from(surface.ns);
         self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo)

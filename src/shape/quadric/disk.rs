@@ -68,6 +68,7 @@ impl Disk {
         FormPoint {
             p,
             n: DVec3::Z,
+            ns: DVec3::Z,
             uv: [azimuth(p) / self.phi_max, (self.radius - r) / width],
             dpdu: DVec3::new(-p.y, p.x, 0.0) * self.phi_max,
             dpdv: radial * -width,

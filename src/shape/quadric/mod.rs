@@ -10,7 +10,7 @@ mod revolution;
 pub mod sphere;
 pub mod sweep;
 
-use glam::DVec3;
+use glam::{DAffine3, DVec3};
 
 use crate::math::animated::corners_of;
 use crate::math::error::EPSILON;
@@ -19,7 +19,7 @@ use crate::shape::{AreaSample, Emission, ShapeSample, SurfacePoint, area_to_soli
 pub use cone::cone;
 pub use cylinder::cylinder;
 pub use disk::Disk;
-pub use hyperboloid::hyperboloid;
+pub use hyperboloid::{Hyperboloid, hyperboloid};
 pub use paraboloid::Paraboloid;
 pub use sphere::Sphere;
 pub use sweep::Sweep;
@@ -34,8 +34,10 @@ pub enum Form {
     Sphere(Sphere),
     /// Disk perpendicular to z.
     Disk(Disk),
-    /// Cylinder, cone or hyperboloid around z.
+    /// Cylinder, cone, swept hyperboloid or ring around z.
     Sweep(Sweep),
+    /// Hyperboloid around z that its segment does not sweep.
+    Hyperboloid(Hyperboloid),
     /// Paraboloid around z.
     Paraboloid(Paraboloid),
 }
@@ -45,11 +47,14 @@ pub enum Form {
 pub(crate) struct FormPoint {
     /// The point, moved exactly onto the form.
     pub(crate) p: DVec3,
-    /// Unit normal, along ∂p/∂u × ∂p/∂v.
+    /// Unit normal of the surface.
     pub(crate) n: DVec3,
+    /// Unit normal for shading, along ∂p/∂u × ∂p/∂v.
+    pub(crate) ns: DVec3,
     pub(crate) uv: [f64; 2],
     pub(crate) dpdu: DVec3,
     pub(crate) dpdv: DVec3,
+    /// Derivatives of `ns`.
     pub(crate) dndu: DVec3,
     pub(crate) dndv: DVec3,
 }
@@ -60,6 +65,7 @@ impl Form {
             Self::Sphere(sphere) => sphere.intersect(o, d, t_max),
             Self::Disk(disk) => disk.intersect(o, d, t_max),
             Self::Sweep(sweep) => sweep.intersect(o, d, t_max),
+            Self::Hyperboloid(bent) => bent.intersect(o, d, t_max),
             Self::Paraboloid(paraboloid) => paraboloid.intersect(o, d, t_max),
         }
     }
@@ -69,6 +75,7 @@ impl Form {
             Self::Sphere(sphere) => sphere.point(p),
             Self::Disk(disk) => disk.point(p),
             Self::Sweep(sweep) => sweep.point(p),
+            Self::Hyperboloid(bent) => bent.point(p),
             Self::Paraboloid(paraboloid) => paraboloid.point(p),
         }
     }
@@ -77,6 +84,7 @@ impl Form {
     fn normal(&self, p: DVec3) -> DVec3 {
         match self {
             Self::Sphere(_) => Sphere::normal(p),
+            Self::Hyperboloid(bent) => bent.normal(p),
             Self::Disk(_) | Self::Sweep(_) | Self::Paraboloid(_) => self.point(p).n,
         }
     }
@@ -87,6 +95,7 @@ impl Form {
             Self::Sphere(sphere) => sphere.area(),
             Self::Disk(disk) => disk.area(),
             Self::Sweep(sweep) => sweep.area(),
+            Self::Hyperboloid(bent) => bent.area(),
             Self::Paraboloid(paraboloid) => paraboloid.area(),
         }
     }
@@ -97,6 +106,7 @@ impl Form {
             Self::Sphere(sphere) => sphere.sample_area(u),
             Self::Disk(disk) => disk.sample_area(u),
             Self::Sweep(sweep) => sweep.sample_area(u),
+            Self::Hyperboloid(bent) => bent.sample_area(u),
             Self::Paraboloid(paraboloid) => paraboloid.sample_area(u),
         }
     }
@@ -107,7 +117,19 @@ impl Form {
             Self::Sphere(sphere) => sphere.is_whole(),
             Self::Disk(disk) => disk.is_whole(),
             Self::Sweep(sweep) => sweep.is_whole(),
+            Self::Hyperboloid(bent) => bent.is_whole(),
             Self::Paraboloid(paraboloid) => paraboloid.is_whole(),
+        }
+    }
+
+    /// The form as pbrt-v3 shows it where it was defined under `definition_from_object`: see
+    /// [`Hyperboloid::behind_window`].
+    pub fn defined_under(self, definition_from_object: &DAffine3) -> Self {
+        match self {
+            Self::Hyperboloid(bent) => {
+                Self::Hyperboloid(bent.behind_window(definition_from_object))
+            }
+            other => other,
         }
     }
 
@@ -122,6 +144,7 @@ impl Form {
             Self::Sphere(sphere) => sphere.bounds(),
             Self::Disk(disk) => disk.bounds(),
             Self::Sweep(sweep) => sweep.bounds(),
+            Self::Hyperboloid(bent) => bent.bounds(),
             Self::Paraboloid(paraboloid) => paraboloid.bounds(),
         }
     }
@@ -138,6 +161,8 @@ pub struct Quadric {
     uniform_scale: Option<f64>,
     /// Area in render space.
     area: f64,
+    /// Length in render space of one unit of the world.
+    unit: f64,
 }
 
 impl Quadric {
@@ -151,6 +176,7 @@ impl Quadric {
             flip_normal,
             uniform_scale,
             area: 0.0,
+            unit: 1.0,
         };
         quadric.area = match uniform_scale {
             Some(scale) => form.area() * scale * scale,
@@ -165,6 +191,11 @@ impl Quadric {
             }
         };
         quadric
+    }
+
+    /// The same where one unit of the world is `unit` long in render space. Bumps are measured by it.
+    pub fn with_unit(self, unit: f64) -> Self {
+        Self { unit, ..self }
     }
 
     /// Factor by which the transform stretches area where the object-space unit normal is `n`.
@@ -213,26 +244,31 @@ impl Quadric {
         let (o, d) = self.object_ray(ray);
         let at = self.form.point(o + d * t as f64);
         let (p, p_err) = self.render_point(at.p);
-        let ng = self.render_normal(at.n);
+        let (ng, ns) = (self.render_normal(at.n), self.render_normal(at.ns));
         let vector = |v: DVec3| Vec3::from_f64(self.render_from_object.vector(v));
+        // By the inverse transpose of the map to world space, whichever way the normal points.
+        let world_normal = |n: DVec3| self.render_from_object.normal(n) * self.unit;
+        let normal = |n: DVec3| Vec3::from_f64(world_normal(n));
         let sign = if self.flip_normal { -1.0 } else { 1.0 };
-        let normal = |n: DVec3| Vec3::from_f64(self.render_from_object.normal(n) * sign);
-        let mut dpdu = vector(at.dpdu);
+        let (mut dpdu, dpdv) = (vector(at.dpdu), vector(at.dpdv));
         if dpdu.length_squared() == 0.0 {
-            dpdu = Frame::from_z(ng.into()).s; // A pole.
+            dpdu = Frame::from_z(ng.into()).s * self.unit as f32; // A pole.
         }
         SurfacePoint {
             p,
             p_err,
             ng,
-            ns: ng,
+            n_side: ns,
+            ns,
             uv: at.uv.map(|x| x as f32),
             dpdu,
-            dpdv: vector(at.dpdv),
+            dpdv,
             tangent: dpdu,
+            bitangent: dpdv,
             dndu: normal(at.dndu),
             dndv: normal(at.dndv),
             face: 0,
+            dn_scale: (sign / world_normal(at.ns).length()) as f32,
         }
     }
 
@@ -319,7 +355,9 @@ impl Quadric {
     pub fn emission(&self) -> Emission {
         match self.form {
             Form::Disk(_) => Emission::Flat(self.sample_area([0.5; 2]).ng),
-            Form::Sphere(_) | Form::Sweep(_) | Form::Paraboloid(_) => Emission::Round,
+            Form::Sphere(_) | Form::Sweep(_) | Form::Hyperboloid(_) | Form::Paraboloid(_) => {
+                Emission::Round
+            }
         }
     }
 

@@ -101,9 +101,11 @@ impl Paraboloid {
             ((axis * height).extend(0.0), DVec3::ZERO)
         };
         let dpdu = DVec3::new(-p.y, p.x, 0.0) * self.phi_max;
+        let n = normal.normalize_or(DVec3::Z);
         FormPoint {
             p,
-            n: normal.normalize_or(DVec3::Z),
+            n,
+            ns: n,
             uv: [
                 fraction_of_turn(phi, self.phi_max),
                 (z - self.z_min) / height,

@@ -62,6 +62,38 @@ pub(super) fn fraction_of_turn(phi: f64, phi_max: f64) -> f64 {
     }
 }
 
+/// Where an increasing function takes a value, by Newton's method within a shrinking interval, halved where a step would
+/// leave it. Where the derivative has no inflection a few rounds do; the bound only makes sure of an end.
+pub(super) fn solve_increasing(
+    target: f64,
+    [mut low, mut high]: [f64; 2],
+    start: f64,
+    value: impl Fn(f64) -> f64,
+    derivative: impl Fn(f64) -> f64,
+) -> f64 {
+    let mut x = start;
+    for _ in 0..100 {
+        let excess = value(x) - target;
+        if excess > 0.0 {
+            high = x;
+        } else {
+            low = x;
+        }
+        let newton = x - excess / derivative(x);
+        let next = if newton > low && newton < high {
+            newton
+        } else {
+            0.5 * (low + high)
+        };
+        let moved = (next - x).abs();
+        x = next;
+        if moved <= 4.0 * f64::EPSILON * x.abs().max(high - low) {
+            break;
+        }
+    }
+    x
+}
+
 /// Derivative of the unit vector along `n`, given that of `n`; 0 where `n` is 0.
 pub(super) fn unit_derivative(n: DVec3, derivative: DVec3) -> DVec3 {
     let Some(unit) = n.try_normalize() else {

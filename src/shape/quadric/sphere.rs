@@ -105,6 +105,7 @@ impl Sphere {
         FormPoint {
             p,
             n,
+            ns: n,
             uv,
             dpdu,
             dpdv,

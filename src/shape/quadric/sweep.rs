@@ -10,7 +10,7 @@ use glam::{DVec2, DVec3, Vec3Swizzles};
 use crate::math::error::EPSILON;
 use crate::shape::quadric::FormPoint;
 use crate::shape::quadric::revolution::{
-    Ring, fraction_of_turn, middle_of_box, roots, turn, unit_derivative,
+    Ring, fraction_of_turn, middle_of_box, roots, solve_increasing, turn, unit_derivative,
 };
 
 /// A swept segment.
@@ -156,9 +156,11 @@ impl Sweep {
         let normal = self.normal(v, p.xy());
         let normal_by_u = DVec3::new(-normal.y, normal.x, 0.0) * self.phi_max;
         let normal_by_v = (dpdv.xy() * self.d.z).extend(-self.d.xy().length_squared());
+        let n = self.unit_normal(v, p.xy());
         FormPoint {
             p,
-            n: self.unit_normal(v, p.xy()),
+            n,
+            ns: n,
             uv: [fraction_of_turn(phi, self.phi_max), v],
             dpdu,
             dpdv,
@@ -201,7 +203,7 @@ impl Sweep {
     /// The v up to which a share `u` of the area lies.
     fn v_of_area_share(&self, u: f64) -> f64 {
         let (a, b) = self.density_terms();
-        let [mut low, mut high] = self.s_range();
+        let [low, high] = self.s_range();
         let [from, to] = [low, high].map(|s| self.area_from_waist(s));
         let target = from + u * (to - from);
         let s = if a == 0.0 {
@@ -209,29 +211,14 @@ impl Sweep {
         } else if b == 0.0 {
             (2.0 * target.abs() / a).sqrt().copysign(target)
         } else {
-            // Newton's method within a shrinking interval, halved where a step would leave it. The integrand has no
-            // inflection on either side of the waist, so that a few rounds do; the bound only makes sure of an end.
-            let mut s = low + u * (high - low);
-            for _ in 0..100 {
-                let excess = self.area_from_waist(s) - target;
-                if excess > 0.0 {
-                    high = s;
-                } else {
-                    low = s;
-                }
-                let newton = s - excess / (a * s).hypot(b);
-                let next = if newton > low && newton < high {
-                    newton
-                } else {
-                    0.5 * (low + high)
-                };
-                let moved = (next - s).abs();
-                s = next;
-                if moved <= 4.0 * f64::EPSILON * s.abs().max(high - low) {
-                    break;
-                }
-            }
-            s
+            // The integrand has no inflection on either side of the waist.
+            solve_increasing(
+                target,
+                [low, high],
+                low + u * (high - low),
+                |s| self.area_from_waist(s),
+                |s| (a * s).hypot(b),
+            )
         };
         (self.v_waist + s).clamp(self.v_range[0], self.v_range[1])
     }
