@@ -175,6 +175,8 @@ fn help_and_version_are_no_errors_and_go_to_standard_output() {
     for line in ["--help", "-help", "-h"] {
         let run = room.run(line).ends_with(0);
         for option in [
+            "compare",
+            "completions",
             "--outfile",
             "--cropwindow",
             "--strict",
