@@ -394,9 +394,9 @@ pub(super) fn conflict(message: &str) -> clap::Error {
 }
 
 /// Reads the command line, program name included.
-#[command(
-    long_about = "# Errors Wrong options, and the wish for help or the version: what to print, and where to."
-)]
+///
+/// # Errors
+/// Wrong options, and the wish for help or the version: what to print, and where to.
 pub(super) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Command, clap::Error> {
     let mut is_option = true;
     let mut args: Vec<OsString> = args
@@ -414,8 +414,10 @@ pub(super) fn parse(args: impl IntoIterator<Item = OsString>) -> Result<Command,
             .any(|it| arg == it)
     };
     if args.get(1).is_none_or(|arg| !words.hold(arg) && !asks(arg)) {
-        // Without a name of the program there is no place for a command either.
-        args.insert(args.len().min(1), DEFAULT.into());
+        if args.is_empty() {
+            args.push("tyndall".into());
+        }
+        args.insert(1, DEFAULT.into());
         let n_before_files = args.iter().position(|arg| arg == "--");
         let before = &args[..n_before_files.unwrap_or(args.len())];
         return match parsed(&args)? {
