@@ -151,6 +151,24 @@ impl Inputs {
         let metadata = fs::metadata(path).ok()?;
         self.names().get(&identity(&metadata, path)?).cloned()
     }
+
+    /// Makes sure that standard output is not added to a file that was read.
+    ///
+    /// # Errors
+    /// One sentence that names the file.
+    pub(super) fn spare_stdout(&self) -> Result<(), String> {
+        let input = metadata_of_stdout().and_then(|metadata| {
+            let identity = identity(&metadata, Path::new(""))?;
+            self.names().get(&identity).cloned()
+        });
+        match input {
+            Some(input) => Err(format!(
+                "cannot write to standard output: it is read as \"{}\"",
+                input.display()
+            )),
+            None => Ok(()),
+        }
+    }
 }
 
 /// Knows where the relative paths of each top-level file start.
@@ -190,7 +208,7 @@ impl Files {
         Ok(bytes)
     }
 
-    /// Where a path of a scene leads, whether it is there or not.
+    /// Remembers a file that a scene names, if it is there: it will be read.
     pub(super) fn expect(&self, path: &str, top_level: &str) {
         self.inputs.expect(&self.resolve(path, top_level));
     }
@@ -201,7 +219,12 @@ impl Files {
     /// One sentence that names the file.
     pub(super) fn open(&mut self, input: &Input, sources: &mut Sources) -> Result<FileId, String> {
         let (name, directory, bytes) = match input {
-            Input::Stdin => (STDIN.to_owned(), PathBuf::new(), read_stdin()),
+            Input::Stdin => {
+                if let Some(metadata) = metadata_of_stdin() {
+                    self.inputs.add(Path::new(STDIN), &metadata);
+                }
+                (STDIN.to_owned(), PathBuf::new(), read_stdin())
+            }
             Input::File(path) => {
                 let directory = path.parent().map(Path::to_owned).unwrap_or_default();
                 (path.display().to_string(), directory, self.read_scene(path))
@@ -290,6 +313,40 @@ impl Assets for FileAssets<'_> {
             buffers: self.buffers.clone(),
         }))
     }
+}
+
+/// What standard input is if it is a file.
+#[cfg(unix)]
+fn metadata_of_stdin() -> Option<Metadata> {
+    use std::os::fd::AsFd;
+
+    metadata_of(io::stdin().as_fd().try_clone_to_owned())
+}
+
+/// The same of standard output.
+#[cfg(unix)]
+fn metadata_of_stdout() -> Option<Metadata> {
+    use std::os::fd::AsFd;
+
+    metadata_of(io::stdout().as_fd().try_clone_to_owned())
+}
+
+#[cfg(unix)]
+fn metadata_of(stream: io::Result<std::os::fd::OwnedFd>) -> Option<Metadata> {
+    let metadata = File::from(stream.ok()?).metadata().ok()?;
+    metadata.is_file().then_some(metadata)
+}
+
+/// That is not known.
+#[cfg(not(unix))]
+fn metadata_of_stdin() -> Option<Metadata> {
+    None
+}
+
+/// That is not known.
+#[cfg(not(unix))]
+fn metadata_of_stdout() -> Option<Metadata> {
+    None
 }
 
 /// Reads standard input; of what never ends, as much as the parser refuses.

@@ -195,7 +195,7 @@ impl ReportSink {
     /// Makes sure that it is none of the files that were read.
     fn spare(&self, inputs: &Inputs) -> Result<(), String> {
         match self {
-            Self::Stdout => Ok(()),
+            Self::Stdout => inputs.spare_stdout(),
             Self::File(place) => place.spare(inputs),
         }
     }

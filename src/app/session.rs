@@ -22,7 +22,7 @@ use super::output::{Output, Place};
 use super::plan::{Destination, Input, Plan, Task};
 use super::report::{Finding, FindingCounts, JobReport, PictureReport, Report};
 use super::{Ending, resources};
-use crate::compile::{Compiled, compile};
+use crate::compile::{Compiled, EMPTY_CROP_WINDOW, compile};
 use crate::describe::Builder;
 use crate::describe::description::Frame;
 use crate::image::codec::{Attribute, Precision};
@@ -148,6 +148,11 @@ impl<'a> Session<'a> {
             }
         } else {
             for frame in frames {
+                if self.interrupt.is_wanted() {
+                    // The signal came while an earlier picture was rendered or written.
+                    self.raise(Outcome::Interrupted);
+                    break;
+                }
                 if let Some(picture) = self.compile(frame) {
                     self.finish(picture);
                 }
@@ -207,7 +212,9 @@ impl<'a> Session<'a> {
     }
 
     fn cat(&mut self, scene: &SceneFile) -> Result<(), Stop> {
-        console::print(&tyndall_parser::print(scene))
+        let spared = self.ending.inputs.spare_stdout();
+        spared
+            .and_then(|()| console::print(&tyndall_parser::print(scene)))
             .map_err(|why| self.stop("unwritable-output", None, why))
     }
 
@@ -252,6 +259,9 @@ impl<'a> Session<'a> {
         self.report().seconds.compile += report.seconds.compile;
         drop(assets);
         let (is_fatal, has_errors) = (found.has_fatal(), found.has_errors());
+        let asks_for_nothing = found
+            .iter()
+            .any(|finding| finding.code == EMPTY_CROP_WINDOW);
         self.judge(found);
         // Now that all that is read is known, and before anything is rendered.
         if let Err(why) = self.ending.spares_inputs() {
@@ -277,7 +287,11 @@ impl<'a> Session<'a> {
             Some((compiled, output))
         });
         let Some((compiled, output)) = picture else {
-            report.outcome = Outcome::Failed;
+            report.outcome = if asks_for_nothing {
+                Outcome::Usage
+            } else {
+                Outcome::Failed
+            };
             self.add(report);
             return None;
         };

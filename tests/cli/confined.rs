@@ -125,6 +125,27 @@ fn no_picture_replaces_what_a_later_one_reads() {
 }
 
 #[test]
+fn standard_streams_are_files_like_others() {
+    let room = Room::new();
+    let program = env!("CARGO_BIN_EXE_tyndall");
+    let before = room.read("ball.pbrt");
+    for line in [
+        "cat ball.pbrt >> ball.pbrt",
+        "check --json - ball.pbrt >> ball.pbrt",
+        "check --json ball.pbrt < ball.pbrt",
+    ] {
+        let line = format!("'{program}' {line}");
+        let output = std::process::Command::new("sh")
+            .args(["-c", &line])
+            .current_dir(room.path("."))
+            .output();
+        let run = crate::room::Run::new(output.expect("a shell")).ends_with(1);
+        run.says("it is read as \"");
+        assert_eq!(room.read("ball.pbrt"), before, "{line}");
+    }
+}
+
+#[test]
 fn links_to_nothing_yet_are_followed_and_loops_refused() {
     let room = Room::new();
     room.put("far/x", "");
