@@ -96,24 +96,19 @@ struct Row {
 fn options(tree: &clap::Command) -> String {
     let mut rows: Vec<Row> = Vec::new();
     for command in tree.get_subcommands() {
-        for arg in command
-            .get_arguments()
-            .filter(|arg| !arg.is_hide_set() && !arg.is_positional())
-        {
+        // Every command has these two, in words of clap's own.
+        let is_common = |arg: &&clap::Arg| ["help", "version"].contains(&arg.get_id().as_str());
+        let arguments = command.get_arguments().filter(|arg| !is_common(arg));
+        for arg in arguments.filter(|arg| !arg.is_hide_set()) {
             let Some(long) = arg.get_long() else { continue };
             let mut option = format!("--{long}");
             if arg.get_action().takes_values() {
                 let _ = write!(option, " {}", value_names(arg));
             }
-            if let Some(short) = arg.get_short() {
-                let _ = write!(option, "`, `-{short}");
-            }
             let effect = effect(arg);
             let name = command.get_name().to_owned();
-            match rows
-                .iter_mut()
-                .find(|row| row.option == option && row.effect == effect)
-            {
+            let is_row = |row: &&mut Row| row.option == option && row.effect == effect;
+            match rows.iter_mut().find(is_row) {
                 Some(row) => row.commands.push(name),
                 None => rows.push(Row {
                     option,
@@ -123,9 +118,6 @@ fn options(tree: &clap::Command) -> String {
             }
         }
     }
-    // What every command has comes last.
-    rows.sort_by_key(|row| row.option.ends_with("`, `-h") || row.option.ends_with("`, `-V"));
-    let n_commands = tree.get_subcommands().count();
     let mut table = "| Option | Of | Effect |\n|---|---|---|\n".to_owned();
     for Row {
         option,
@@ -133,14 +125,10 @@ fn options(tree: &clap::Command) -> String {
         effect,
     } in rows
     {
-        // The command help has none of its own.
-        let of = if commands.len() + 1 >= n_commands {
-            "all".to_owned()
-        } else {
-            commands.join(", ")
-        };
-        let _ = writeln!(table, "| `{option}` | {of} | {effect} |");
+        let _ = writeln!(table, "| `{option}` | {} | {effect} |", commands.join(", "));
     }
+    table += "| `--help`, `-h` | all | print help: all of it, or a summary |\n";
+    table += "| `--version`, `-V` | all | print the version |\n";
     table
 }
 

@@ -160,21 +160,21 @@ impl Ending {
         report.peak_memory_bytes = resources::peak_memory();
         report.seconds.cpu = resources::cpu_seconds();
         report.seconds.wall = self.start.elapsed().as_secs_f64();
+        let written = match &self.json {
+            Some(json) => {
+                let spared = self.spares_inputs();
+                spared.and_then(|()| json.write(&to_json(&*report)))
+            }
+            None => Ok(()),
+        };
+        if let Err(why) = written {
+            console.say(&format!("fatal: {why}"));
+            report.outcome = report.outcome.max(Outcome::Failed);
+            report.exit_code = report.outcome.code();
+        }
         console.detail(&report.seconds.text(report.peak_memory_bytes));
         sum_up(&report, &console);
-        let Some(json) = &self.json else {
-            return report.outcome;
-        };
-        match self
-            .spares_inputs()
-            .and_then(|()| json.write(&to_json(&*report)))
-        {
-            Ok(()) => report.outcome,
-            Err(why) => {
-                console.say(&format!("fatal: {why}"));
-                report.outcome.max(Outcome::Failed)
-            }
-        }
+        report.outcome
     }
 }
 
