@@ -19,5 +19,6 @@ pub mod sampling;
 pub mod scatter;
 pub mod shape;
 pub mod spectrum;
+pub mod stop;
 pub mod texture;
 pub mod world;

@@ -2,6 +2,10 @@
 
 #[path = "cli/bench.rs"]
 mod bench;
+#[path = "cli/commands.rs"]
+mod commands;
+#[path = "cli/confined.rs"]
+mod confined;
 #[path = "cli/exhausted.rs"]
 mod exhausted;
 #[path = "cli/files.rs"]
@@ -20,3 +24,5 @@ mod report;
 mod room;
 #[path = "cli/status.rs"]
 mod status;
+#[path = "cli/stopping.rs"]
+mod stopping;

@@ -416,9 +416,11 @@ fn the_report_goes_to_a_file_beside_the_table() {
     assert_near(&report["measures"]["mse"], 1.0);
 }
 
+const MANUAL: &str = include_str!("../docs/cli.md");
+
 /// What the manual says about comparisons.
 fn manual() -> &'static str {
-    let (_, section) = include_str!("../docs/cli.md")
+    let (_, section) = MANUAL
         .split_once("\n## Comparing pictures\n")
         .expect("a section on comparisons");
     section.split("\n## ").next().expect("its text")
@@ -459,7 +461,7 @@ fn the_manual_names_every_option() {
         .filter(|word| word.starts_with("--") && word.len() > 2);
     let mut n_options = 0;
     for option in options.map(|word| word.trim_end_matches([',', ':', ';', '.'])) {
-        let quoted = manual().contains(&format!("`{option}"));
+        let quoted = MANUAL.contains(&format!("`{option}"));
         assert!(quoted, "docs/cli.md lacks {option}");
         n_options += 1;
     }

@@ -6,7 +6,8 @@
 use std::path::{Path, PathBuf};
 
 /// The rooms, each of which may know the ones before it.
-const ROOMS: [&str; 22] = [
+const ROOMS: [&str; 23] = [
+    "stop",
     "ids",
     "math",
     "spectrum",

@@ -185,11 +185,13 @@ impl Parser<'_> {
                     self.tokens.start_extent(lexeme.span);
                     rule(self)
                 }
+                None if self.tokens.leave_if_no_scene(lexeme.span.file) => continue,
                 None => {
                     self.report_stray(lexeme);
                     Err(Resync)
                 }
             };
+            self.tokens.count(lexeme.span.file, parsed.is_ok());
             match parsed {
                 Ok(Some(directive)) => {
                     let extent = self.tokens.extent();

@@ -98,9 +98,17 @@ struct Frame {
     file: FileId,
     bytes: SourceBytes,
     position: usize,
+    /// Directives that were understood, and that were not.
+    n_understood: u32,
+    n_failed: u32,
 }
 
 impl Frame {
+    /// Whether the next fault shows that this is another sort of file, of which no more should be quoted.
+    fn is_no_scene(&self) -> bool {
+        self.n_failed > self.n_understood
+    }
+
     fn rest(&self) -> &[u8] {
         (*self.bytes)
             .as_ref()
@@ -171,6 +179,8 @@ impl<'a> TokenStream<'a> {
                     file,
                     bytes,
                     position,
+                    n_understood: 0,
+                    n_failed: 0,
                 });
                 return;
             }
@@ -247,6 +257,37 @@ impl<'a> TokenStream<'a> {
         excerpt(self.text(lexeme))
     }
 
+    /// Notes whether a directive of a file was understood.
+    pub(crate) fn count(&mut self, file: FileId, is_understood: bool) {
+        if let Some(frame) = self
+            .frames
+            .iter_mut()
+            .rev()
+            .find(|frame| frame.file == file)
+        {
+            if is_understood {
+                frame.n_understood = frame.n_understood.saturating_add(1);
+            } else {
+                frame.n_failed = frame.n_failed.saturating_add(1);
+            }
+        }
+    }
+
+    /// Leaves a file of which so little is understood that it is no scene. Its faults would quote it line by line, whoever
+    /// it belongs to. False for others.
+    pub(crate) fn leave_if_no_scene(&mut self, file: FileId) -> bool {
+        let is_one = |frame: &Frame| frame.file == file && frame.is_no_scene();
+        let Some(index) = self.frames.iter().rposition(is_one) else {
+            return false;
+        };
+        self.frames.truncate(index);
+        let name = self.sources.name(file);
+        let message = format!("\"{name}\" is no scene file: the rest of it is not read");
+        self.report
+            .push(Diagnostic::new(Severity::Fatal, "no-scene", None, message));
+        true
+    }
+
     /// Takes plain numbers as long as they follow in the current file; returns how many.
     pub(crate) fn numbers(&mut self, mut push: impl FnMut(Number)) -> usize {
         if self.pushed_back.is_some() {
@@ -319,7 +360,11 @@ impl<'a> TokenStream<'a> {
                 Token::Unterminated(_) => Kind::Unterminated,
             };
             frame.position = hi;
+            let file = frame.file;
             if kind == Kind::Unterminated {
+                if self.leave_if_no_scene(file) {
+                    continue;
+                }
                 let message = "a string must end on the line it starts on";
                 let fault = Diagnostic::fatal("unterminated-string", span, message)
                     .with_label("no closing quote");

@@ -10,23 +10,15 @@ use serde::Serialize;
 
 use super::args::CompareArgs;
 use super::console::{self, Console};
-use super::files;
+use super::files::{self, Bounds};
+use super::interrupt::Interrupt;
+use super::outcome::Outcome;
 use super::output::Place;
 use super::plan::{Destination, Verbosity};
 use super::{ReportSink, to_json};
 use crate::image::codec::{self, ImageFile, Precision};
 use crate::image::metrics::{self, Comparison};
 use crate::image::{Image, PixelRect, srgb};
-
-/// The exit statuses, for `--help`.
-pub(super) const EXIT_STATUS_HELP: &str = "\
-Exit status:
-  0    within the limits, or there are none
-  1    a limit is exceeded, or A has a pixel that is not finite
-  2    the command line is wrong
-  3    a picture cannot be read, the two cannot be compared, or an output cannot be written
-
-See docs/cli.md.";
 
 /// Version of the report: raised when a field is removed or changes its meaning, not when one is added.
 const SCHEMA: u32 = 1;
@@ -46,11 +38,12 @@ pub(super) enum Verdict {
 impl Verdict {
     /// The exit status.
     pub(super) fn code(self) -> u8 {
-        match self {
-            Self::Within => 0,
-            Self::Exceeded => 1,
-            Self::Incomparable => 3,
-        }
+        let outcome = match self {
+            Self::Within => Outcome::Complete,
+            Self::Exceeded => Outcome::Failed,
+            Self::Incomparable => Outcome::Substituted,
+        };
+        outcome.code()
     }
 }
 
@@ -135,7 +128,7 @@ struct Map {
 }
 
 /// Compares, and says what came out.
-pub(super) fn run(args: CompareArgs) -> Verdict {
+pub(super) fn run(args: CompareArgs, interrupt: &Interrupt) -> Verdict {
     let console = Console::new(if args.quiet {
         Verbosity::Quiet
     } else {
@@ -146,14 +139,23 @@ pub(super) fn run(args: CompareArgs) -> Verdict {
         console.say(&format!("fatal: {why}"));
         return Verdict::Incomparable;
     }
-    let json = match destination.as_ref().map(ReportSink::new).transpose() {
-        Ok(json) => json,
+    let bounds = Bounds::new(args.confine.as_deref());
+    let opened = bounds.and_then(|bounds| {
+        let json = destination
+            .as_ref()
+            .map(|json| ReportSink::new(json, &bounds));
+        Ok((json.transpose()?, bounds))
+    });
+    let (json, bounds) = match opened {
+        Ok(opened) => opened,
         Err(why) => {
             console.say(&format!("fatal: {why}"));
             return Verdict::Incomparable;
         }
     };
-    let mut report = Report::new(compare(&args));
+    let mut report = Report::new(compare(&args, &bounds));
+    // What comes out is told as a whole.
+    interrupt.conclude();
     if let Some(why) = &report.error {
         console.say(&format!("fatal: {why}"));
     }
@@ -200,10 +202,11 @@ fn lost_file(args: &CompareArgs, json: Option<&Destination>) -> Option<&'static 
 }
 
 /// Reads both pictures, measures, and writes the map.
-fn compare(args: &CompareArgs) -> Result<Finding, String> {
-    let map_place = args.map.as_deref().map(Place::new).transpose()?;
-    let mut test = read(&args.test)?;
-    let reference = read(&args.reference)?;
+fn compare(args: &CompareArgs, bounds: &Bounds) -> Result<Finding, String> {
+    let map = args.map.as_deref();
+    let map_place = map.map(|map| Place::within(map, bounds)).transpose()?;
+    let mut test = read(&args.test, bounds)?;
+    let reference = read(&args.reference, bounds)?;
     if args.same_window {
         place_like(&mut test, &reference)?;
     }
@@ -255,10 +258,10 @@ fn compare(args: &CompareArgs) -> Result<Finding, String> {
 }
 
 /// Reads a picture and makes it linear.
-fn read(path: &Path) -> Result<ImageFile, String> {
+fn read(path: &Path, bounds: &Bounds) -> Result<ImageFile, String> {
     let refusal = |why: String| format!("cannot read \"{}\": {why}", path.display());
     let extension = extension(path);
-    let bytes = files::read(path).map_err(refusal)?;
+    let bytes = files::read(path, bounds).map_err(refusal)?;
     let mut file = codec::decode(&bytes, &extension).map_err(|error| refusal(error.to_string()))?;
     if codec::is_eight_bit(&extension) {
         srgb::linearize(&mut file.image);

@@ -95,20 +95,62 @@ pub(super) fn stdin_is_terminal() -> bool {
     io::stdin().is_terminal()
 }
 
+/// Whether standard output is read by a person.
+pub(super) fn stdout_is_terminal() -> bool {
+    io::stdout().is_terminal()
+}
+
 /// Writes to standard output. A reader that has seen enough is no error.
 ///
 /// # Errors
 /// One sentence, for any other failure.
 pub(super) fn print(text: &str) -> Result<(), String> {
-    let mut stdout = io::stdout().lock();
-    match stdout
-        .write_all(text.as_bytes())
-        .and_then(|()| stdout.flush())
-    {
+    match standard_output().and_then(|mut stdout| stdout.write_all(text.as_bytes())) {
         Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(format!(
             "cannot write to standard output: {}",
             reason(&error)
         )),
         Ok(()) | Err(_) => Ok(()),
+    }
+}
+
+/// Standard output without the standard library in between, which takes a closed one for one that nobody looks at: a
+/// report would be lost without a word.
+#[cfg(unix)]
+fn standard_output() -> io::Result<impl Write> {
+    use std::os::fd::AsFd;
+
+    if closed::was_closed() {
+        return Err(nix::errno::Errno::EBADF.into());
+    }
+    let stdout = io::stdout().as_fd().try_clone_to_owned()?;
+    Ok(std::fs::File::from(stdout))
+}
+
+#[cfg(not(unix))]
+fn standard_output() -> io::Result<impl Write> {
+    Ok(io::stdout().lock())
+}
+
+/// Whether standard output was closed when the program started. Before `main`, the standard library opens `/dev/null` in
+/// its place, so that no file of the program's takes it; afterwards nobody can tell.
+#[cfg(unix)]
+mod closed {
+    use std::io;
+    use std::sync::atomic::{AtomicBool, Ordering};
+
+    static WAS_CLOSED: AtomicBool = AtomicBool::new(false);
+
+    #[ctor::ctor(unsafe)]
+    fn look() {
+        use nix::fcntl::{FcntlArg, fcntl};
+
+        if fcntl(io::stdout(), FcntlArg::F_GETFD).is_err() {
+            WAS_CLOSED.store(true, Ordering::Relaxed);
+        }
+    }
+
+    pub(super) fn was_closed() -> bool {
+        WAS_CLOSED.load(Ordering::Relaxed)
     }
 }

@@ -2,7 +2,8 @@
 //! prints.
 //!
 //! `args` holds what was typed, `plan` what follows from it, `session` does it, `report` remembers it; `compare`
-//! measures pictures that are there already, `bench` measures time and error over many runs. Refuses to know anything
+//! measures pictures that are there already, `bench` measures time and error over many runs; `manual` prints what follows
+//! from the tree of commands. Refuses to know anything
 //! about plugins or light. `docs/cli.md` is the manual.
 
 mod args;
@@ -11,6 +12,7 @@ mod compare;
 mod console;
 mod files;
 mod interrupt;
+mod manual;
 mod outcome;
 mod output;
 mod plan;
@@ -21,69 +23,158 @@ mod session;
 mod trace;
 
 use std::ffi::OsString;
+use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
 
 use serde::Serialize;
 
-use args::Command;
+use args::{Command, SceneArgs};
 use console::Console;
+use files::{Bounds, Inputs};
 use interrupt::Interrupt;
 use outcome::Outcome;
 use output::Place;
-use plan::{Destination, Plan};
+use plan::{Destination, Plan, Task, Verbosity};
 use report::Report;
 use session::Session;
 
 /// Runs the program with its arguments, program name included, and returns the exit status.
 pub fn run(args: impl IntoIterator<Item = OsString>) -> u8 {
     interrupt::fail_on_abort();
+    let interrupt = Interrupt::listen();
     let run = |command| match command {
-        Command::Scene(args) => Plan::new(args).map(|plan| carry_out(&plan).code()),
-        Command::Compare(args) => Ok(compare::run(args).code()),
-        Command::Bench(args) => Ok(bench::run(args).code()),
+        Command::Render(args) => carry_out(Task::Render, args, &interrupt),
+        Command::Check(args) => carry_out(Task::Check, args, &interrupt),
+        Command::Cat(args) => carry_out(Task::Cat, args, &interrupt),
+        Command::Compare(args) => Ok(compare::run(args, &interrupt).code()),
+        Command::Bench(args) => Ok(bench::run(args, &interrupt).code()),
+        Command::Completions { shell } => Ok(told(manual::completions(shell))),
+        Command::Man { directory } => Ok(told(manual::man(directory.as_deref()))),
     };
     args::parse(args).and_then(run).unwrap_or_else(|message| {
-        // Help and version go to standard output, faults to standard error; whoever closed either does not want to
-        // hear of it.
-        let _ = message.print();
-        let outcome = if message.use_stderr() {
-            Outcome::Usage
+        if message.use_stderr() {
+            // Whoever closed standard error does not want to hear of it.
+            let _ = message.print();
+            return Outcome::Usage.code();
+        }
+        let text = message.render();
+        told(console::print(&if console::stdout_is_terminal() {
+            text.ansi().to_string()
         } else {
-            Outcome::Complete
-        };
-        outcome.code()
+            text.to_string()
+        }))
     })
 }
 
-fn carry_out(plan: &Plan) -> Outcome {
+/// The tables of `docs/cli.md`, by name.
+pub fn manual_tables() -> Vec<(&'static str, String)> {
+    manual::tables()
+}
+
+/// The exit status of a command that only prints.
+fn told(result: Result<(), String>) -> u8 {
+    let outcome = match result {
+        Ok(()) => Outcome::Complete,
+        Err(why) => {
+            Console::new(Verbosity::Quiet).say(&format!("fatal: {why}"));
+            Outcome::Failed
+        }
+    };
+    outcome.code()
+}
+
+fn carry_out(task: Task, args: SceneArgs, interrupt: &Interrupt) -> Result<u8, clap::Error> {
     let start = Instant::now();
+    let plan = Plan::new(task, args)?;
     let mut console = Console::new(plan.verbosity);
     for option in &plan.without_effect {
         console.note(&format!("note: {option} has no effect"));
     }
-    let json = match plan.json.as_ref().map(ReportSink::new).transpose() {
+    let json = plan.json.as_ref();
+    let json = match json
+        .map(|json| ReportSink::new(json, &plan.bounds))
+        .transpose()
+    {
         Ok(json) => json,
         Err(why) => {
             console.say(&format!("fatal: {why}"));
-            return Outcome::Failed;
+            return Ok(Outcome::Failed.code());
         }
     };
-    let interrupt = Interrupt::listen();
-    let mut report = Session::new(plan, &mut console, &interrupt).run();
-    report.exit_code = report.outcome.code();
-    report.peak_memory_bytes = resources::peak_memory();
-    report.seconds.cpu = resources::cpu_seconds();
-    report.seconds.wall = start.elapsed().as_secs_f64();
-    console.detail(&report.seconds.text(report.peak_memory_bytes));
-    sum_up(&report, &console);
+    let report = Arc::new(Mutex::new(Report::new(task_name(plan.task))));
+    let ending = Arc::new(Ending {
+        report: Arc::clone(&report),
+        json,
+        inputs: Inputs::default(),
+        verbosity: plan.verbosity,
+        start,
+    });
+    let heard = Arc::clone(&ending);
+    interrupt.leave(move || {
+        heard.close(Some(Outcome::Interrupted));
+    });
+    Session::new(&plan, &mut console, interrupt, &ending).run();
+    // A report is written once: a signal that comes now comes too late.
+    interrupt.conclude();
+    Ok(ending.close(None).code())
+}
 
-    let written = json.map_or(Ok(()), |json| json.write(&to_json(&report)));
-    match written {
-        Ok(()) => report.outcome,
-        Err(why) => {
-            console.say(&format!("fatal: {why}"));
-            report.outcome.max(Outcome::Failed)
+fn task_name(task: Task) -> &'static str {
+    match task {
+        Task::Render => "render",
+        Task::Check => "check",
+        Task::Cat => "cat",
+        Task::Trace { .. } => "trace",
+    }
+}
+
+/// What is left to be done at the end of a run, whatever ends it.
+struct Ending {
+    report: Arc<Mutex<Report>>,
+    json: Option<ReportSink>,
+    /// What was read until then.
+    inputs: Inputs,
+    verbosity: Verbosity,
+    start: Instant,
+}
+
+impl Ending {
+    fn report(&self) -> MutexGuard<'_, Report> {
+        self.report.lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    /// Makes sure that the report will not be written over what was read.
+    fn spares_inputs(&self) -> Result<(), String> {
+        match &self.json {
+            Some(json) => json.spare(&self.inputs),
+            None => Ok(()),
         }
+    }
+
+    /// Sums up, and writes the report. `cause` is what ended the run before its time.
+    fn close(&self, cause: Option<Outcome>) -> Outcome {
+        let console = Console::new(self.verbosity);
+        let mut report = self.report();
+        report.outcome = report.outcome.max(cause.unwrap_or_default());
+        report.exit_code = report.outcome.code();
+        report.peak_memory_bytes = resources::peak_memory();
+        report.seconds.cpu = resources::cpu_seconds();
+        report.seconds.wall = self.start.elapsed().as_secs_f64();
+        let written = match &self.json {
+            Some(json) => {
+                let spared = self.spares_inputs();
+                spared.and_then(|()| json.write(&to_json(&*report)))
+            }
+            None => Ok(()),
+        };
+        if let Err(why) = written {
+            console.say(&format!("fatal: {why}"));
+            report.outcome = report.outcome.max(Outcome::Failed);
+            report.exit_code = report.outcome.code();
+        }
+        console.detail(&report.seconds.text(report.peak_memory_bytes));
+        sum_up(&report, &console);
+        report.outcome
     }
 }
 
@@ -94,10 +185,18 @@ enum ReportSink {
 }
 
 impl ReportSink {
-    fn new(destination: &Destination) -> Result<Self, String> {
+    fn new(destination: &Destination, bounds: &Bounds) -> Result<Self, String> {
         match destination {
             Destination::Stdout => Ok(Self::Stdout),
-            Destination::File(path) => Place::new(path).map(Self::File),
+            Destination::File(path) => Place::within(path, bounds).map(Self::File),
+        }
+    }
+
+    /// Makes sure that it is none of the files that were read.
+    fn spare(&self, inputs: &Inputs) -> Result<(), String> {
+        match self {
+            Self::Stdout => inputs.spare_stdout(),
+            Self::File(place) => place.spare(inputs),
         }
     }
 

@@ -2,11 +2,8 @@
 
 use std::path::PathBuf;
 
-use clap::CommandFactory;
-use clap::error::ErrorKind;
-
-use super::args::LowArgs;
-use super::files::are_one;
+use super::args::{SceneArgs, conflict};
+use super::files::{Bounds, are_one};
 use crate::compile::CompileOptions;
 use crate::image::codec::Precision;
 
@@ -31,19 +28,21 @@ pub(super) enum Task {
 }
 
 impl Task {
-    fn new(
-        cat: bool,
-        check: bool,
-        pixel: Option<[i32; 2]>,
-        sample: u32,
-    ) -> Result<Self, clap::Error> {
-        match (cat, check, pixel) {
-            (true, true, _) => Err(conflict("check and --cat exclude each other")),
-            (_, true, Some(_)) => Err(conflict("check and --pixel exclude each other")),
-            (true, false, _) => Ok(Self::Cat),
-            (false, true, None) => Ok(Self::Check),
-            (false, false, None) => Ok(Self::Render),
-            (false, false, Some(pixel)) => Ok(Self::Trace { pixel, sample }),
+    /// What the options make of the command that was named, `said`.
+    fn new(said: Self, args: &SceneArgs) -> Result<Self, clap::Error> {
+        let (cats, checks) = (args.cat || args.toply, args.check);
+        match (said, args.pixel) {
+            (Self::Check, _) if cats => Err(conflict("check and --cat exclude each other")),
+            (Self::Cat, _) if checks => Err(conflict("cat and --check exclude each other")),
+            (Self::Check, Some(_)) => Err(conflict("check and --pixel exclude each other")),
+            (Self::Cat, Some(_)) => Err(conflict("cat and --pixel exclude each other")),
+            (Self::Render, Some(pixel)) => Ok(Self::Trace {
+                pixel,
+                sample: args.sample,
+            }),
+            (Self::Render, None) if cats => Ok(Self::Cat),
+            (Self::Render, None) if checks => Ok(Self::Check),
+            (said, _) => Ok(said),
         }
     }
 
@@ -97,6 +96,8 @@ pub(super) struct Plan {
     pub(super) precision: Precision,
     pub(super) strict: bool,
     pub(super) json: Option<Destination>,
+    /// Where files may be read and written.
+    pub(super) bounds: Bounds,
     pub(super) verbosity: Verbosity,
     /// Options that were accepted and do nothing.
     pub(super) without_effect: Vec<&'static str>,
@@ -107,27 +108,20 @@ impl Plan {
     ///
     /// # Errors
     /// Options that contradict each other.
-    pub(super) fn new(args: LowArgs) -> Result<Self, clap::Error> {
+    pub(super) fn new(said: Task, args: SceneArgs) -> Result<Self, clap::Error> {
         let without_effect = [
             ("--logdir", args.logdir.is_some()),
             ("--minloglevel", args.minloglevel.is_some()),
             ("--v", args.v.is_some()),
             ("--logtostderr", args.logtostderr),
         ];
-        let mut files = args.files;
-        let says_check = files
-            .first()
-            .is_some_and(|file| file.as_os_str() == "check");
-        if says_check {
-            files.remove(0);
-        }
-        let checks = args.check || says_check;
-        let task = Task::new(args.cat || args.toply, checks, args.pixel, args.sample)?;
+        let task = Task::new(said, &args)?;
+        let bounds = Bounds::new(args.confine.as_deref()).map_err(|why| conflict(&why))?;
         let json = args.json.map(Destination::new);
         if json == Some(Destination::Stdout) {
             task.leaves_stdout()?;
         }
-        let inputs = inputs(files)?;
+        let inputs = inputs(args.files)?;
         if let Some(Destination::File(report)) = &json {
             let is_scene =
                 |input: &Input| matches!(input, Input::File(file) if are_one(file, report));
@@ -160,6 +154,7 @@ impl Plan {
             },
             strict: args.strict,
             json,
+            bounds,
             verbosity: match (args.quiet, args.verbose) {
                 (true, _) => Verbosity::Quiet,
                 (_, true) => Verbosity::Verbose,
@@ -223,8 +218,4 @@ fn quoted(word: &str) -> String {
     } else {
         format!("'{}'", word.replace('\'', "'\\''"))
     }
-}
-
-fn conflict(message: &str) -> clap::Error {
-    LowArgs::command().error(ErrorKind::ArgumentConflict, message)
 }

@@ -5,11 +5,13 @@ mod picture;
 
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
+use std::sync::MutexGuard;
 use std::time::Instant;
 
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
-use tyndall_parser::params::ParamClass;
-use tyndall_parser::source::{Sources, Span};
+use tyndall_parser::directive::Directive;
+use tyndall_parser::params::{ParamClass, ParamValue};
+use tyndall_parser::source::{Sources, Span, Spanned};
 use tyndall_parser::{FileId, SceneFile};
 
 use super::console::{self, Console};
@@ -18,9 +20,9 @@ use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::{Output, Place};
 use super::plan::{Destination, Input, Plan, Task};
-use super::report::{Finding, JobReport, PictureReport, Report};
-use super::resources;
-use crate::compile::{Compiled, compile};
+use super::report::{Finding, FindingCounts, JobReport, PictureReport, Report};
+use super::{Ending, resources};
+use crate::compile::{Compiled, EMPTY_CROP_WINDOW, compile};
 use crate::describe::Builder;
 use crate::describe::description::Frame;
 use crate::image::codec::{Attribute, Precision};
@@ -40,9 +42,13 @@ pub(super) struct Session<'a> {
     interrupt: &'a Interrupt,
     files: Files,
     sources: Sources,
-    report: Report,
+    /// With the report, which a signal may end at any moment.
+    ending: &'a Ending,
+    /// Findings about other scenes, checked before this one.
+    counts_before: FindingCounts,
     /// Whether the directives themselves had errors, which no single picture can be blamed for.
     is_substituted: bool,
+    has_threads: bool,
     /// Files that earlier pictures went to.
     taken: HashSet<PathBuf>,
 }
@@ -50,8 +56,6 @@ pub(super) struct Session<'a> {
 /// A picture ready to be rendered.
 struct Picture {
     compiled: Compiled,
-    /// Where the scene names its integrator.
-    integrator: Span,
     /// `None` if it is only checked.
     output: Option<Outputs>,
     report: PictureReport,
@@ -68,39 +72,58 @@ struct Stop;
 
 impl<'a> Session<'a> {
     /// Nothing done yet.
-    pub(super) fn new(plan: &'a Plan, console: &'a mut Console, interrupt: &'a Interrupt) -> Self {
-        let task = match plan.task {
-            Task::Render => "render",
-            Task::Check => "check",
-            Task::Cat => "cat",
-            Task::Trace { .. } => "trace",
-        };
+    pub(super) fn new(
+        plan: &'a Plan,
+        console: &'a mut Console,
+        interrupt: &'a Interrupt,
+        ending: &'a Ending,
+    ) -> Self {
         Self {
             plan,
             console,
             interrupt,
-            files: Files::default(),
+            files: Files::within(plan.bounds.clone(), ending.inputs.clone()),
             sources: Sources::new(),
-            report: Report::new(task),
+            ending,
+            counts_before: FindingCounts::default(),
             is_substituted: false,
+            has_threads: false,
             taken: HashSet::new(),
         }
     }
 
     /// Does it all. The report's totals are left to the caller.
-    pub(super) fn run(mut self) -> Report {
-        if let Err(Stop) = self.work() {
-            self.raise(Outcome::Failed);
+    pub(super) fn run(mut self) {
+        let plan = self.plan;
+        if plan.task != Task::Check {
+            let done = self.work(&plan.inputs);
+            return self.close(done);
         }
-        self.report
+        for input in &plan.inputs {
+            self.counts_before = self.report().counts;
+            let done = self.work(std::slice::from_ref(input));
+            self.close(done);
+        }
     }
 
-    fn work(&mut self) -> Result<(), Stop> {
+    fn close(&self, done: Result<(), Stop>) {
+        if let Err(Stop) = done {
+            self.raise(Outcome::Failed);
+        }
+    }
+
+    fn report(&self) -> MutexGuard<'a, Report> {
+        self.ending.report()
+    }
+
+    /// Does what is to be done with a scene, be it in several files.
+    fn work(&mut self, inputs: &[Input]) -> Result<(), Stop> {
         if let (Task::Render, Some(outfile)) = (self.plan.task, &self.plan.outfile) {
             // Known before anything is read, so tried before anything is read.
-            Place::new(outfile).map_err(|why| self.stop("unwritable-output", None, why))?;
+            let place = Place::within(outfile, &self.plan.bounds);
+            place.map_err(|why| self.stop("unwritable-output", None, why))?;
         }
-        let roots = self.open()?;
+        let roots = self.open(inputs)?;
         if self.plan.task == Task::Cat {
             let scene = self.parse(&roots);
             return self.cat(&scene);
@@ -110,14 +133,14 @@ impl<'a> Session<'a> {
             return Err(Stop);
         }
         self.start_threads()?;
-        self.is_substituted = self.report.counts.errors > 0;
+        self.is_substituted = self.report().counts.errors > self.counts_before.errors;
         if self.plan.strict {
             // A finding in the last picture forbids the first.
             let mut pictures = Vec::new();
             for frame in frames {
                 pictures.extend(self.compile(frame));
             }
-            if self.report.outcome > Outcome::Complete {
+            if self.report().outcome > Outcome::Complete {
                 return Err(Stop);
             }
             for picture in pictures {
@@ -125,6 +148,11 @@ impl<'a> Session<'a> {
             }
         } else {
             for frame in frames {
+                if self.interrupt.is_wanted() {
+                    // The signal came while an earlier picture was rendered or written.
+                    self.raise(Outcome::Interrupted);
+                    break;
+                }
                 if let Some(picture) = self.compile(frame) {
                     self.finish(picture);
                 }
@@ -133,16 +161,16 @@ impl<'a> Session<'a> {
         Ok(())
     }
 
-    fn open(&mut self) -> Result<Vec<FileId>, Stop> {
-        let plan = self.plan;
+    fn open(&mut self, inputs: &[Input]) -> Result<Vec<FileId>, Stop> {
         let mut roots = Vec::new();
-        for input in &plan.inputs {
+        for input in inputs {
             if *input == Input::Stdin && console::stdin_is_terminal() {
                 self.console.note("reading the scene from standard input");
             }
             let opened = self.files.open(input, &mut self.sources);
             let root = opened.map_err(|why| self.stop("unreadable-file", None, why))?;
-            self.report.scenes.push(self.sources.name(root).to_owned());
+            let name = self.sources.name(root).to_owned();
+            self.report().scenes.push(name);
             roots.push(root);
         }
         Ok(roots)
@@ -151,7 +179,7 @@ impl<'a> Session<'a> {
     fn parse(&mut self, roots: &[FileId]) -> SceneFile {
         let start = Instant::now();
         let (scene, found) = tyndall_parser::parse_all(&mut self.sources, roots, &self.files);
-        self.report.seconds.parse = seconds_since(start);
+        self.report().seconds.parse += seconds_since(start);
         self.judge(found);
         scene
     }
@@ -160,10 +188,21 @@ impl<'a> Session<'a> {
     fn describe(&mut self, roots: &[FileId]) -> Result<Vec<Frame>, Stop> {
         let start = Instant::now();
         let mut builder = Builder::default();
-        let take = &mut |directive| builder.directive(directive);
+        let mut named = HashSet::new();
+        let take = &mut |directive: Spanned<Directive>| {
+            named.extend(names(&directive).map(|name| (name.clone(), directive.span.file)));
+            builder.directive(directive);
+        };
         let misread = tyndall_parser::parse_each(&mut self.sources, roots, &self.files, take);
         let (description, found) = builder.finish();
-        self.report.seconds.parse = seconds_since(start);
+        if description.frames.len() > 1 {
+            // What a later picture reads, an earlier one may not be written over.
+            for (name, file) in &named {
+                let top_level = self.sources.name(self.sources.top_level(*file));
+                self.files.expect(name, top_level);
+            }
+        }
+        self.report().seconds.parse += seconds_since(start);
         self.judge(misread);
         // Findings about what was not understood would mislead.
         self.go_on()?;
@@ -173,11 +212,16 @@ impl<'a> Session<'a> {
     }
 
     fn cat(&mut self, scene: &SceneFile) -> Result<(), Stop> {
-        console::print(&tyndall_parser::print(scene))
+        let spared = self.ending.inputs.spare_stdout();
+        spared
+            .and_then(|()| console::print(&tyndall_parser::print(scene)))
             .map_err(|why| self.stop("unwritable-output", None, why))
     }
 
     fn start_threads(&mut self) -> Result<(), Stop> {
+        if std::mem::replace(&mut self.has_threads, true) {
+            return Ok(());
+        }
         let n_threads = match self.plan.n_threads {
             0 => std::thread::available_parallelism().map_or(1, usize::from),
             n_threads => n_threads,
@@ -194,13 +238,13 @@ impl<'a> Session<'a> {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(self.plan.n_threads);
         // The global pool: whatever asks for threads gets these.
         pool.build_global().map_err(|error| stop(self, &error))?;
-        self.report.threads = rayon::current_num_threads();
+        self.report().threads = rayon::current_num_threads();
         Ok(())
     }
 
     /// Builds a picture and makes sure that it can be rendered and written. `None` if not; the report then says so.
     fn compile(&mut self, frame: Frame) -> Option<Picture> {
-        let (film, integrator) = (frame.film.span, frame.integrator.kind.span);
+        let film = frame.film.span;
         let given = |name, class| {
             let param = frame.film.params.get(name, class);
             param.map(|param| param.value_span)
@@ -212,10 +256,20 @@ impl<'a> Session<'a> {
         let (compiled, found) = compile(frame, &self.plan.compile, &assets);
         let mut report = PictureReport::default();
         report.seconds.compile = seconds_since(start);
-        self.report.seconds.compile += report.seconds.compile;
+        self.report().seconds.compile += report.seconds.compile;
         drop(assets);
         let (is_fatal, has_errors) = (found.has_fatal(), found.has_errors());
+        let asks_for_nothing = found
+            .iter()
+            .any(|finding| finding.code == EMPTY_CROP_WINDOW);
         self.judge(found);
+        // Now that all that is read is known, and before anything is rendered.
+        if let Err(why) = self.ending.spares_inputs() {
+            self.stop("unwritable-output", None, why);
+            report.outcome = Outcome::Failed;
+            self.add(report);
+            return None;
+        }
         if let (Some(_), Some(span)) = (self.plan.compile.crop_window, film_window) {
             let message = "--cropwindow gives way to the film's cropwindow";
             self.tell(Diagnostic::warning("cropwindow-overridden", span, message));
@@ -233,13 +287,16 @@ impl<'a> Session<'a> {
             Some((compiled, output))
         });
         let Some((compiled, output)) = picture else {
-            report.outcome = Outcome::Failed;
+            report.outcome = if asks_for_nothing {
+                Outcome::Usage
+            } else {
+                Outcome::Failed
+            };
             self.add(report);
             return None;
         };
         Some(Picture {
             compiled,
-            integrator,
             output,
             report,
         })
@@ -292,7 +349,9 @@ impl<'a> Session<'a> {
         let Strategy { s, t } = strategy;
         let name = format!("bdpt_d{:02}_s{s:02}_t{t:02}.exr", strategy.depth());
         let path = picture.place.name().with_file_name(name);
-        let place = Place::new(&path).map_err(|why| self.stop("unwritable-output", None, why))?;
+        let place = Place::within(&path, &self.plan.bounds);
+        let place = place.and_then(|place| place.spare(&self.ending.inputs).map(|()| place));
+        let place = place.map_err(|why| self.stop("unwritable-output", None, why))?;
         self.take(&path, film);
         Ok(Output {
             place,
@@ -307,13 +366,7 @@ impl<'a> Session<'a> {
         film_filename: Option<Span>,
     ) -> Result<Output, Stop> {
         let path = match &self.plan.outfile {
-            Some(outfile) => {
-                if let Some(span) = film_filename {
-                    let message = "the film's filename gives way to --outfile";
-                    self.tell(Diagnostic::warning("filename-overridden", span, message));
-                }
-                outfile.as_path()
-            }
+            Some(outfile) => outfile.as_path(),
             None => Path::new(&compiled.filename),
         };
         let place = match &self.plan.json {
@@ -323,7 +376,7 @@ impl<'a> Session<'a> {
                     "cannot write \"{path}\": --json puts the report there"
                 ))
             }
-            _ => Place::new(path),
+            _ => Place::within(path, &self.plan.bounds),
         };
         let output = place.and_then(|place| {
             let output = Output {
@@ -333,6 +386,7 @@ impl<'a> Session<'a> {
                 crop: compiled.job.film.crop,
                 attributes: self.attributes(compiled),
             };
+            output.place.spare(&self.ending.inputs)?;
             output.check().map(|()| output)
         });
         let output = output.map_err(|why| {
@@ -369,7 +423,7 @@ impl<'a> Session<'a> {
         let text = |name: &str, text: String| (name.to_owned(), Attribute::Text(text));
         let mut attributes = vec![
             text("tyndall/version", env!("CARGO_PKG_VERSION").to_owned()),
-            text("tyndall/scene", self.report.scenes.join(" ")),
+            text("tyndall/scene", self.report().scenes.join(" ")),
             text("tyndall/integrator", compiled.integrator.to_owned()),
             // Both exceed the integers of the format.
             text("tyndall/spp", job.spp.to_string()),
@@ -386,9 +440,10 @@ impl<'a> Session<'a> {
     /// Closes the books on a picture.
     fn add(&mut self, report: PictureReport) {
         self.raise(report.outcome);
-        self.report.seconds.render += report.seconds.render;
-        self.report.seconds.write += report.seconds.write;
-        self.report.pictures.push(report);
+        let mut all = self.report();
+        all.seconds.render += report.seconds.render;
+        all.seconds.write += report.seconds.write;
+        all.pictures.push(report);
     }
 
     /// Takes the findings about the scene.
@@ -409,7 +464,7 @@ impl<'a> Session<'a> {
 
     /// Whether the scene can be understood so far. With `--strict` all findings are wanted before it is refused.
     fn go_on(&self) -> Result<(), Stop> {
-        if self.report.counts.fatal > 0 {
+        if self.report().counts.fatal > self.counts_before.fatal {
             Err(Stop)
         } else {
             Ok(())
@@ -430,16 +485,38 @@ impl<'a> Session<'a> {
 
     fn record(&mut self, found: &Diagnostics) {
         self.console.show(found, &self.sources);
-        self.report.counts.add(found.counts());
         let findings = found
             .iter()
             .map(|diagnostic| Finding::new(diagnostic, &self.sources));
-        self.report.findings.extend(findings);
+        let mut report = self.report();
+        report.counts.add(found.counts());
+        report.findings.extend(findings);
     }
 
-    fn raise(&mut self, outcome: Outcome) {
-        self.report.outcome = self.report.outcome.max(outcome);
+    fn raise(&self, outcome: Outcome) {
+        let mut report = self.report();
+        report.outcome = report.outcome.max(outcome);
     }
+}
+
+/// What may be names of files that a directive reads.
+fn names(directive: &Spanned<Directive>) -> impl Iterator<Item = &String> {
+    let plugin = match &directive.value {
+        Directive::Camera(plugin)
+        | Directive::MakeNamedMedium(plugin)
+        | Directive::Texture { class: plugin, .. }
+        | Directive::Material(plugin)
+        | Directive::MakeNamedMaterial(plugin)
+        | Directive::LightSource(plugin)
+        | Directive::AreaLightSource(plugin)
+        | Directive::Shape(plugin) => Some(plugin),
+        _ => None,
+    };
+    let params = plugin.into_iter().flat_map(|plugin| plugin.params.iter());
+    params.flat_map(|param| match &param.value {
+        ParamValue::String(names) | ParamValue::SpectrumFiles(names) => names.as_slice(),
+        _ => &[],
+    })
 }
 
 fn seconds_since(start: Instant) -> f64 {

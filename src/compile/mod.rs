@@ -40,6 +40,7 @@ use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
+pub use options::EMPTY_CROP_WINDOW;
 
 /// Most rays that one point of a surface sends for one purpose: nothing stops the rendering between them.
 const MAX_RAYS: u32 = 4096;

@@ -1,6 +1,6 @@
 //! The options block: film, filter, samples, integrator. The camera has a file of its own.
 
-use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::schema::Family;
 
 use crate::compile::reader::ParamReader;
@@ -14,6 +14,9 @@ use crate::integrator::{
 };
 use crate::sampler::SamplerKind;
 use crate::world::LightStrategy;
+
+/// The finding that a crop window of [`CompileOptions`] holds no pixel: a fault of who asked for it.
+pub const EMPTY_CROP_WINDOW: &str = "empty-cropwindow";
 
 /// A quick look divides the resolution by this.
 const QUICK_DIVISOR: i32 = 4;
@@ -56,8 +59,10 @@ pub(super) fn film(
         resolution = resolution.map(|r| (r / QUICK_DIVISOR).max(1));
     }
     let resolution = resolution.map(|r| u32::try_from(r).unwrap_or(0));
-    let window = p
-        .floats::<4>("cropwindow")
+    let own_window = p.floats::<4>("cropwindow");
+    // The scene is innocent of a window that it does not have.
+    let is_asked_for = own_window.is_none() && options.crop_window.is_some();
+    let window = own_window
         .or(options.crop_window)
         .unwrap_or([0.0, 1.0, 0.0, 1.0]);
     let crop = crop(window, resolution);
@@ -84,6 +89,19 @@ pub(super) fn film(
         return None;
     }
     if resolution.contains(&0) || crop.width == 0 || crop.height == 0 {
+        if is_asked_for && !resolution.contains(&0) {
+            let [width, height] = resolution;
+            let message = format!(
+                "the crop window that is asked for holds no pixel of a frame of {width} x {height}"
+            );
+            diagnostics.push(Diagnostic::new(
+                Severity::Fatal,
+                EMPTY_CROP_WINDOW,
+                None,
+                message,
+            ));
+            return None;
+        }
         let message = "the picture has no pixels";
         diagnostics.push(Diagnostic::fatal("no-pixels", window_span, message));
         return None;

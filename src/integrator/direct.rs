@@ -32,6 +32,7 @@ use crate::scatter::bsdf::MAX_SPECULAR_PARTS;
 use crate::scatter::{Bsdf, SpecularPart, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
+use crate::stop;
 use crate::texture::TextureContext;
 use crate::world::{Receiver, World, spawn_ray};
 
@@ -104,6 +105,10 @@ impl Direct {
         });
         while let Some(branch) = next {
             radiance += branch.beta * self.follow(&mut state, branch);
+            // A segment may ask for millions of points on lights.
+            if stop::is_wanted() {
+                break;
+            }
             next = state.pending.pop();
         }
         radiance
@@ -147,6 +152,11 @@ impl State<'_> {
         let (world, counters) = (self.world, &mut *self.counters);
         let ids = || (0..world.n_lights()).map(LightId::new);
         let mut sum = Rgb::BLACK;
+        let mut n_drawn = 0;
+        let mut is_given_up = || {
+            n_drawn += 1;
+            stop::is_wanted_after(n_drawn)
+        };
         match lights {
             LightSampling::Each => {
                 let at = Receiver {
@@ -154,6 +164,9 @@ impl State<'_> {
                     ..point.at
                 };
                 for light in ids() {
+                    if is_given_up() {
+                        break;
+                    }
                     let u = self.sampler.get_2d();
                     let sample = world.sample_on_light(light, 1.0, &at, u);
                     sum += point.arriving(world, sample, 0.0, counters);
@@ -173,6 +186,9 @@ impl State<'_> {
                     let n = world.light_samples(light);
                     let points = self.sampler.array(n);
                     for i in 0..n {
+                        if is_given_up() {
+                            return sum;
+                        }
                         let u = points.get_2d(i);
                         let sample = world.sample_on_light(light, n as f32, &point.at, u);
                         sum += point.arriving(world, sample, n_found as f32, counters);
@@ -180,6 +196,9 @@ impl State<'_> {
                 }
                 let (lobes, points) = (self.sampler.array(n_found), self.sampler.array(n_found));
                 for i in 0..n_found {
+                    if is_given_up() {
+                        break;
+                    }
                     let u = (lobes.get_1d(i), points.get_2d(i));
                     let number = |light| world.light_samples(light) as f32;
                     sum += point.found(world, u, n_found as f32, number, counters);

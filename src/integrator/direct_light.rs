@@ -159,7 +159,9 @@ fn light_along(
 ) -> Rgb {
     let mut light = Rgb::BLACK;
     for _ in 0..=max_crossings {
-        counters.rays += 1;
+        if counters.next_ray() {
+            return Rgb::BLACK;
+        }
         let Some(hit) = world.closest(&ray, f32::INFINITY) else {
             for (id, infinite) in world.infinite_lights() {
                 let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.wanted);

@@ -17,6 +17,7 @@ use crate::camera::RayDifferential;
 use crate::math::Ray;
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
+use crate::stop;
 use crate::world::{ShadowTally, World};
 pub use ambient_occlusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
@@ -65,6 +66,15 @@ pub struct Counters {
 }
 
 impl Counters {
+    /// Counts a ray that looks for the nearest surface. True if the path is to be given up, which is asked now and then;
+    /// whoever follows it drops it then.
+    #[inline]
+    #[must_use]
+    pub fn next_ray(&mut self) -> bool {
+        self.rays += 1;
+        stop::is_wanted_after(self.rays)
+    }
+
     /// Null surfaces that anything crossed from a medium they do not border on.
     pub fn mismatched(&self) -> u64 {
         self.mismatched_media + self.shadow.mismatched

@@ -91,7 +91,9 @@ pub fn sample_exit(
             if left <= 0.0 {
                 break;
             }
-            counters.rays += 1;
+            if counters.next_ray() {
+                return None;
+            }
             let Some(hit) = world.closest_of_material(&ray, left, entry.material) else {
                 break;
             };

@@ -20,7 +20,9 @@ pub(super) fn nearest_visible(
     counters: &mut Counters,
 ) -> Option<Visible> {
     for crossings in 0..=world.max_crossings() {
-        counters.rays += 1;
+        if counters.next_ray() {
+            return None;
+        }
         let hit = world.closest(ray, f32::INFINITY)?;
         let surface = world.surface(ray, &hit);
         if world.geometry(hit.target.geometry).material.is_some() {

@@ -4,7 +4,7 @@
 //! A crop window needs the light paths of the full frame: outside it only they are followed, so that a pixel is the
 //! same bits with or without it.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
@@ -15,9 +15,12 @@ use crate::integrator::bdpt::{EmissionGuide, Emitters, GuideTraining, Tracer};
 use crate::integrator::{Bdpt, Counters};
 use crate::math::{Normal3, Point3};
 use crate::render::strategies::{StrategyBlocks, StrategyFilms};
-use crate::render::{BlockResult, Job, RenderReport, SAMPLES_PER_PASS, Task, camera_sample};
+use crate::render::{
+    BlockResult, Job, Judgement, RenderReport, SAMPLES_PER_PASS, Task, camera_sample,
+};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
+use crate::stop;
 
 /// Tells the numbers of light paths from those of camera paths.
 const LIGHT_SEED: u64 = 0x5851_f42d_4c95_7f2d;
@@ -86,13 +89,14 @@ impl<'a> Bidirectional<'a> {
             return Vec::new();
         }
         let starts: Vec<u64> = (0..n_paths).step_by(TRAINING_CHUNK as usize).collect();
-        let follow = |&start: &u64| {
+        let follow_chunk = |&start: &u64| {
             let mut tracer = self.tracer();
             let mut seen = Vec::new();
-            if cancel.load(Ordering::Relaxed) {
-                return (seen, Counters::default());
-            }
             for index in start..n_paths.min(start + TRAINING_CHUNK) {
+                // Nothing is rendered any more, so that nobody needs to know where.
+                if stop::is_wanted() {
+                    break;
+                }
                 let mut sampler = Sampler::of_picture(job.sampler, job.seed ^ TRAINING_SEED, index);
                 let [open, close] = job.camera.shutter();
                 let time = open + (close - open) * sampler.get_1d();
@@ -111,6 +115,7 @@ impl<'a> Bidirectional<'a> {
             }
             (seen, *tracer.counters())
         };
+        let follow = |start: &u64| stop::heeding(cancel, || follow_chunk(start));
         let found: Vec<_> = starts.par_iter().map(follow).collect();
         for (_, counters) in &found {
             self.training.add(counters);
@@ -156,14 +161,19 @@ impl<'a> Bidirectional<'a> {
         let mut report = RenderReport::default();
         let mut tracer = self.tracer();
         let block = task.block;
-        for y in block.y0..block.y0 + block.height as i32 {
+        'samples: for y in block.y0..block.y0 + block.height as i32 {
             for x in block.x0..block.x0 + block.width as i32 {
                 for sample in task.first_sample..task.first_sample + task.n_samples {
                     let is_sampled = self.is_wanted([x, y]) && self.sampled.holds([x, y]);
-                    report.samples += u64::from(is_sampled);
-                    if !self.render_sample([x, y], sample, is_sampled, &mut tracer, &mut canvas) {
-                        report.leave_out([x, y], sample);
+                    match self.render_sample([x, y], sample, is_sampled, &mut tracer, &mut canvas) {
+                        Judgement::Good => {}
+                        Judgement::Bad => report.leave_out([x, y], sample),
+                        Judgement::Unfinished => {
+                            report.cancelled = true;
+                            break 'samples;
+                        }
                     }
+                    report.samples += u64::from(is_sampled);
                 }
             }
         }
@@ -192,7 +202,7 @@ impl<'a> Bidirectional<'a> {
         }
     }
 
-    /// False if something found is no radiance; it is then left out.
+    /// Takes one sample. What is no radiance is left out of it.
     fn render_sample(
         &self,
         pixel: [i32; 2],
@@ -200,13 +210,13 @@ impl<'a> Bidirectional<'a> {
         is_sampled: bool,
         tracer: &mut Tracer,
         canvas: &mut Canvas,
-    ) -> bool {
+    ) -> Judgement {
         let job = self.job;
         let Canvas { film, strategies } = canvas;
         let [width, height] = job.film.resolution.map(|side| side as usize);
         let is_in_frame = self.film.is_some() && PixelRect::from_size(width, height).holds(pixel);
         if !is_in_frame && !is_sampled {
-            return true;
+            return Judgement::Good;
         }
         let mut sampler = Sampler::of_kind(job.sampler, job.seed, pixel, sample);
         let mut light_sampler = self.light_sampler(pixel, sample);
@@ -217,6 +227,9 @@ impl<'a> Bidirectional<'a> {
             light_sampler.stream().next_u64(),
         );
         tracer.trace_light(&mut light_sampler);
+        if stop::is_wanted() {
+            return Judgement::Unfinished;
+        }
         if is_in_frame {
             film.count_light_path();
             if let Some(strategies) = strategies {
@@ -235,7 +248,7 @@ impl<'a> Bidirectional<'a> {
             });
         }
         if !is_sampled {
-            return is_good;
+            return Judgement::new(is_good);
         }
         let (radiance, weight) = match job.camera.ray(&camera_sample) {
             Some(CameraRay { ray, weight }) => {
@@ -248,6 +261,13 @@ impl<'a> Bidirectional<'a> {
             }
             None => (Rgb::BLACK, 1.0),
         };
+        // The light path counts by itself.
+        if stop::is_wanted() {
+            if let Some(strategies) = strategies {
+                strategies.leave_out_sample();
+            }
+            return Judgement::Unfinished;
+        }
         if job.can_be(radiance) {
             film.add_sample(&job.film, camera_sample.raster, radiance, weight);
             if let Some(strategies) = strategies {
@@ -259,7 +279,7 @@ impl<'a> Bidirectional<'a> {
                 strategies.leave_out_sample();
             }
         }
-        is_good
+        Judgement::new(is_good)
     }
 }
 

@@ -2,7 +2,7 @@
 //!
 //! Chains cover the full frame whatever the crop window, so that a pixel is the same bits with or without it.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::AtomicBool;
 
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
@@ -15,6 +15,7 @@ use crate::render::{BlockResult, Job, RenderReport, Tally};
 use crate::sampling::alias::AliasTable;
 use crate::sampling::rng::{Rng, mix_bits};
 use crate::spectrum::Rgb;
+use crate::stop;
 
 /// Tells the numbers of chains from those of the paths they start at.
 const CHAIN_SEED: u64 = 0x9d39_247e_3377_6d41;
@@ -82,7 +83,7 @@ impl<'a> Metropolis<'a> {
         };
         let n_paths = n_bootstrap_paths(settings) as usize;
         let starts: Vec<usize> = (0..n_paths).step_by(BOOTSTRAP_CHUNK).collect();
-        let follow = |start: usize| {
+        let follow_chunk = |start: usize| {
             let mut tracer = metropolis.tracer();
             let paths = start..n_paths.min(start + BOOTSTRAP_CHUNK);
             let n_paths = paths.len() as u64;
@@ -92,14 +93,15 @@ impl<'a> Metropolis<'a> {
                     let (mut sample, depth) = metropolis.bootstrap(index);
                     let (_, rgb) = metropolis.found(&mut tracer, depth, &mut sample);
                     report.bad_samples += u64::from(!job.can_be(rgb));
-                    (!cancel.load(Ordering::Relaxed)).then(|| brightness(rgb))
+                    (!stop::is_wanted()).then(|| brightness(rgb))
                 })
                 .collect();
             tally.add(n_paths);
             report.counters.add(tracer.counters());
             Some((weights?, report))
         };
-        let chunks: Option<Vec<_>> = starts.par_iter().map(|&start| follow(start)).collect();
+        let follow = |&start: &usize| stop::heeding(cancel, || follow_chunk(start));
+        let chunks: Option<Vec<_>> = starts.par_iter().map(follow).collect();
         let mut weights = Vec::with_capacity(n_paths);
         for (chunk, report) in chunks? {
             weights.extend(chunk);
@@ -152,12 +154,7 @@ impl<'a> Metropolis<'a> {
     }
 
     /// Follows a chain to its end, or to where it is cancelled: its mean is what it is good for either way.
-    pub(super) fn run_chain(
-        &self,
-        chain: usize,
-        tally: &Tally,
-        cancel: &AtomicBool,
-    ) -> BlockResult {
+    pub(super) fn run_chain(&self, chain: usize, tally: &Tally) -> BlockResult {
         let job = self.job;
         let mut result = BlockResult {
             film: job.film.start_block(PixelRect::from_size(0, 0)),
@@ -180,17 +177,18 @@ impl<'a> Metropolis<'a> {
             (all * chain as u128 / n) as u64
         };
         for _ in share(chain)..share(chain + 1) {
-            if cancel.load(Ordering::Relaxed) {
+            sample.mutate();
+            let proposed = self.found(&mut tracer, depth, &mut sample);
+            // The path may have been cut short, and so may the one the chain starts at.
+            if stop::is_wanted() {
                 report.cancelled = true;
                 break;
             }
+            film.count_light_path();
             report.samples += 1;
             if report.samples.is_multiple_of(MUTATIONS_PER_NEWS) {
                 tally.add(MUTATIONS_PER_NEWS);
             }
-            film.count_light_path();
-            sample.mutate();
-            let proposed = self.found(&mut tracer, depth, &mut sample);
             let (old, new) = (brightness(current.1), brightness(proposed.1));
             // No pixel and sample number lead back to a mutation.
             report.bad_samples += u64::from(!job.can_be(proposed.1));

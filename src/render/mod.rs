@@ -23,6 +23,7 @@ use crate::integrator::{Counters, Integrator, Mlt};
 use crate::math::Ray;
 use crate::sampler::{Sampler, SamplerKind};
 use crate::spectrum::Rgb;
+use crate::stop;
 use crate::world::World;
 use bidirectional::Bidirectional;
 use mlt::Metropolis;
@@ -68,6 +69,9 @@ pub struct Rendered {
     pub strategies: Vec<Image>,
     /// What happened.
     pub report: RenderReport,
+    /// Whole samples that the picture holds, as a mean over the pixels that are sampled; of Metropolis light transport,
+    /// mutations.
+    pub samples_per_pixel: f64,
 }
 
 /// What happened during rendering.
@@ -85,6 +89,14 @@ pub struct RenderReport {
     pub found_no_light: bool,
     /// Rendering was stopped early.
     pub cancelled: bool,
+}
+
+impl Rendered {
+    /// Spreads the samples that count over so many pixels.
+    fn count_samples(&mut self, n_pixels: usize) {
+        let held = self.report.samples.saturating_sub(self.report.bad_samples);
+        self.samples_per_pixel = held as f64 / n_pixels.max(1) as f64;
+    }
 }
 
 /// Someone who watches a picture grow.
@@ -171,8 +183,9 @@ struct Schedule {
     report: RenderReport,
 }
 
-/// Renders on the current rayon thread pool. `cancel` stops it between blocks, and so does a bad sample where the
-/// feature `nan-trap` is built in; what is finished then is returned.
+/// Renders on the current rayon thread pool. `cancel` stops it at once, amid a path if need be, and a bad sample where the
+/// feature `nan-trap` is built in between two blocks; what is finished then is returned. It consists of whole samples: one
+/// whose path was cut short does not count.
 pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Rendered {
     if let Integrator::Sppm(sppm) = &job.integrator {
         return sppm::render(job, sppm, progress, cancel);
@@ -229,6 +242,7 @@ pub fn render(job: &Job, progress: &dyn Progress, cancel: &AtomicBool) -> Render
     if let Some(shared) = &bidirectional {
         rendered.report.counters.add(shared.training());
     }
+    rendered.count_samples(width * height);
     rendered
 }
 
@@ -251,15 +265,18 @@ fn render_chains(
                 cancelled: true,
                 ..RenderReport::default()
             },
+            samples_per_pixel: 0.0,
         };
     };
     let n_chains = metropolis.n_chains();
     let work = Work {
         n_tasks: n_chains,
         pending_per_thread: mlt::PENDING_PER_THREAD,
-        run: |chain| metropolis.run_chain(chain, &tally, cancel),
+        run: |chain| metropolis.run_chain(chain, &tally),
     };
     let mut rendered = work.render(film, Vec::new(), cancel);
+    let [width, height] = job.film.resolution.map(|side| side as usize);
+    rendered.count_samples(width * height);
     rendered.report.add(metropolis.search());
     rendered.report.found_no_light = n_chains == 0;
     rendered
@@ -315,7 +332,7 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
                     merged_some: &merged_some,
                     n_tasks,
                 };
-                let result = (self.run)(index);
+                let result = stop::heeding(cancel, || (self.run)(index));
                 drop(release);
                 if cfg!(feature = "nan-trap") && result.report.bad_samples > 0 {
                     trap.store(true, Ordering::Relaxed);
@@ -345,6 +362,7 @@ impl<R: Fn(usize) -> BlockResult + Sync> Work<R> {
                 .map(|film| film.develop_part())
                 .collect(),
             report: schedule.report,
+            samples_per_pixel: 0.0,
         }
     }
 }
@@ -425,11 +443,15 @@ fn take_samples(job: &Job, task: &Task, film: &mut FilmBlock, report: &mut Rende
                 .as_ref()
                 .is_some_and(|silhouettes| silhouettes.are_near(pixel));
             for sample in task.first_sample..task.first_sample + task.n_samples {
-                report.samples += 1;
-                let counters = &mut report.counters;
-                if !render_sample(job, pixel, sample, is_split, film, counters) {
-                    report.leave_out(pixel, sample);
+                match render_sample(job, pixel, sample, is_split, film, &mut report.counters) {
+                    Judgement::Good => {}
+                    Judgement::Bad => report.leave_out(pixel, sample),
+                    Judgement::Unfinished => {
+                        report.cancelled = true;
+                        return;
+                    }
                 }
+                report.samples += 1;
             }
         }
     }
@@ -465,8 +487,23 @@ fn camera_sample(job: &Job, pixel: [i32; 2], sampler: &mut Sampler) -> CameraSam
     }
 }
 
-/// Takes one sample. False if its radiance is no radiance; it is then left out. A sample that is split sees the light
-/// directly by rays of its own.
+/// What is to be said of a sample.
+enum Judgement {
+    /// It counts.
+    Good,
+    /// Its radiance is no radiance: it is left out.
+    Bad,
+    /// It was given up, and is as good as never begun.
+    Unfinished,
+}
+
+impl Judgement {
+    fn new(is_good: bool) -> Self {
+        if is_good { Self::Good } else { Self::Bad }
+    }
+}
+
+/// Takes one sample. One that is split sees the light directly by rays of its own.
 fn render_sample(
     job: &Job,
     pixel: [i32; 2],
@@ -474,16 +511,21 @@ fn render_sample(
     is_split: bool,
     film: &mut FilmBlock,
     counters: &mut Counters,
-) -> bool {
+) -> Judgement {
     let taken = take_sample(job, pixel, sample, counters, &mut Unobserved);
+    // Its path may have been cut short.
+    if stop::is_wanted() {
+        return Judgement::Unfinished;
+    }
     if !taken.is_good(job) {
-        return false;
+        return Judgement::Bad;
     }
     if is_split {
-        return silhouettes::add_split(job, pixel, sample, &taken, film, counters);
+        let is_good = silhouettes::add_split(job, pixel, sample, &taken, film, counters);
+        return Judgement::new(is_good);
     }
     film.add_sample(&job.film, taken.raster, taken.radiance, taken.weight);
-    true
+    Judgement::Good
 }
 
 /// A sample of a picture.

@@ -20,6 +20,7 @@ use crate::math::{Frame, Point3, Ray, Vec3};
 use crate::medium::GridMedium;
 use crate::render::{Job, RenderReport, Task, overlap, trace_camera_ray};
 use crate::spectrum::Rgb;
+use crate::stop;
 
 /// Edge length of a tile in pixels.
 const TILE: i32 = 8;
@@ -100,6 +101,11 @@ impl<'a> Sharing<'a> {
                     &mut members,
                     &mut report.counters,
                 );
+                // What an unfinished tile would share is not known.
+                if stop::is_wanted() {
+                    report.cancelled = true;
+                    return;
+                }
                 self.share(&mut members, &mut samples);
                 for sample in samples
                     .iter()
@@ -166,6 +172,9 @@ impl<'a> Sharing<'a> {
                     (ray, found)
                 };
                 let (raster, followed) = trace_camera_ray(self.job, pixel, sample, follow);
+                if stop::is_wanted() {
+                    return;
+                }
                 let mut followed_sample = Followed {
                     pixel,
                     sample,

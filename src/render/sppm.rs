@@ -4,7 +4,8 @@
 //! Photons are kept in batches of bounded size, whatever their number and that of the iterations. A batch that is not
 //! the iteration's last makes the camera paths be followed once more, by the same random numbers.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::ops::Range;
+use std::sync::atomic::AtomicBool;
 
 use rayon::prelude::{
     IndexedParallelIterator, IntoParallelIterator, ParallelIterator, ParallelSliceMut,
@@ -20,6 +21,7 @@ use crate::math::Point3;
 use crate::sampler::Sampler;
 use crate::sampling::rng::mix_bits;
 use crate::spectrum::Rgb;
+use crate::stop;
 use crate::world::LightStrategy;
 
 /// Photons that make a batch full. Part of the order of addition, as the next two are.
@@ -57,8 +59,8 @@ struct Pass<'a> {
     cancel: &'a AtomicBool,
 }
 
-/// Renders on the current rayon thread pool. `cancel` stops it between runs of pixels; every pixel is then what its own
-/// iterations made of it.
+/// Renders on the current rayon thread pool. `cancel` stops it between pixels, or amid a path; every pixel is then what
+/// its own whole iterations made of it.
 pub(super) fn render(
     job: &Job,
     sppm: &Sppm,
@@ -84,12 +86,15 @@ pub(super) fn render(
     let tally = Tally::new(progress, pixels.len() as u64 * u64::from(job.spp));
     let finished = (0..job.spp)
         .try_for_each(|iteration| pass.iterate(iteration, &mut pixels, &mut report, &tally));
-    report.cancelled = finished.is_none();
-    Rendered {
+    report.cancelled |= finished.is_none();
+    let mut rendered = Rendered {
         image: pass.develop(&pixels),
         strategies: Vec::new(),
         report,
-    }
+        samples_per_pixel: 0.0,
+    };
+    rendered.count_samples(pixels.len());
+    rendered
 }
 
 /// Photons of an iteration: none without lights. Their number must not depend on the crop window.
@@ -125,36 +130,33 @@ impl Pass<'_> {
         loop {
             let map = self.trace_batch(iteration, &mut next, &mut report.counters)?;
             let is_last = next == self.n_photons;
-            let runs: Vec<Option<RenderReport>> = pixels
+            let run = |(run, pixels): (usize, &mut [Pixel])| {
+                let mut report = RenderReport::default();
+                for (i, pixel) in pixels.iter_mut().enumerate() {
+                    self.gather(run * RUN + i, iteration, &map, is_last, pixel, &mut report);
+                    if stop::is_wanted() {
+                        report.cancelled = true;
+                        return report;
+                    }
+                }
+                if is_last {
+                    tally.add(pixels.len() as u64);
+                }
+                report
+            };
+            let runs: Vec<RenderReport> = pixels
                 .par_chunks_mut(RUN)
                 .enumerate()
-                .map(|(run, pixels)| {
-                    if self.is_cancelled() {
-                        return None;
-                    }
-                    let mut report = RenderReport::default();
-                    for (i, pixel) in pixels.iter_mut().enumerate() {
-                        self.gather(run * RUN + i, iteration, &map, is_last, pixel, &mut report);
-                    }
-                    if is_last {
-                        tally.add(pixels.len() as u64);
-                    }
-                    Some(report)
-                })
+                .map(|part| stop::heeding(self.cancel, || run(part)))
                 .collect();
-            let is_cancelled = runs.contains(&None);
-            runs.iter().flatten().for_each(|run| report.add(run));
-            if is_cancelled {
+            runs.iter().for_each(|run| report.add(run));
+            if report.cancelled {
                 return None;
             }
             if is_last {
                 return Some(());
             }
         }
-    }
-
-    fn is_cancelled(&self) -> bool {
-        self.cancel.load(Ordering::Relaxed)
     }
 
     /// Lets photons fly, from number `next` on, until there are enough.
@@ -170,30 +172,36 @@ impl Pass<'_> {
         let wave = wave.clamp(1, WAVE) as u32;
         let part = wave.div_ceil(PARTS as u32);
         while photons.len() < FULL_BATCH && *next < self.n_photons {
-            if self.is_cancelled() {
-                return None;
-            }
             let end = (*next + wave.min(self.n_photons - *next)) as usize;
-            let parts: Vec<_> = (*next as usize..end)
+            let trace = |numbers: Range<usize>| {
+                let (mut photons, mut counters) = (Vec::new(), Counters::default());
+                for photon in numbers {
+                    self.sppm.trace_photon(
+                        &self.job.world,
+                        &self.lights,
+                        self.job.camera.shutter(),
+                        &mut photon_sampler(self.job.seed, iteration, photon as u32),
+                        &mut photons,
+                        &mut counters,
+                    );
+                    // Without all of its photons an iteration is none.
+                    if stop::is_wanted() {
+                        return None;
+                    }
+                }
+                Some((photons, counters))
+            };
+            let parts: Option<Vec<_>> = (*next as usize..end)
                 .step_by(part as usize)
                 .collect::<Vec<_>>()
                 .into_par_iter()
                 .map(|first| {
-                    let (mut photons, mut counters) = (Vec::new(), Counters::default());
-                    for photon in first..(first + part as usize).min(end) {
-                        self.sppm.trace_photon(
-                            &self.job.world,
-                            &self.lights,
-                            self.job.camera.shutter(),
-                            &mut photon_sampler(self.job.seed, iteration, photon as u32),
-                            &mut photons,
-                            &mut counters,
-                        );
-                    }
-                    (photons, counters)
+                    stop::heeding(self.cancel, || {
+                        trace(first..(first + part as usize).min(end))
+                    })
                 })
                 .collect();
-            for (part, counted) in parts {
+            for (part, counted) in parts? {
                 photons.extend(part);
                 counters.add(&counted);
             }
@@ -223,10 +231,10 @@ impl Pass<'_> {
             time: sampler.get_1d(),
             lens: sampler.get_2d(),
         };
-        report.samples += u64::from(is_last);
         let Some(CameraRay { ray, weight }) = job.camera.ray(&camera_sample) else {
             // Nothing passes the lens here: black, and as much a sample as any other.
             pixel.n_samples += u32::from(is_last);
+            report.samples += u64::from(is_last);
             return;
         };
         let differential = job.world.facts().needs_footprint.then(|| {
@@ -245,7 +253,8 @@ impl Pass<'_> {
             map.gather(point, pixel.photons.radius(), &mut pixel.gathered);
             beta = point.beta * weight;
         }
-        if is_last {
+        if is_last && !stop::is_wanted() {
+            report.samples += 1;
             let is_good = pixel.conclude(job, path.radiance * weight, beta);
             if !is_good {
                 report.leave_out(place, iteration);

@@ -7,6 +7,7 @@ use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::rng::Rng;
 use crate::shape::ElementHit;
 use crate::spectrum::Rgb;
+use crate::stop;
 use crate::world::{ElementRef, Hit, Segment, World, spawn_ray};
 
 /// Directions in which the surroundings of a point are looked at.
@@ -140,6 +141,9 @@ impl World {
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             tally.rays += 1;
+            if stop::is_wanted_after(tally.rays) {
+                return Rgb::BLACK;
+            }
             let hit = self.closest_where(&ray, t_max, |hit| {
                 let t = travelled + hit.at.t;
                 let from_start = Hit {

@@ -273,18 +273,18 @@ fn names(value: &Value, found: &mut BTreeSet<String>) {
 #[test]
 fn the_manual_names_every_option_and_every_field_of_the_report() {
     let manual = include_str!("../../docs/cli.md");
-    let (_, manual) = manual.split_once("## Benchmarks").expect("a section");
+    let (options, manual) = manual.split_once("## Benchmarks").expect("a section");
     let (manual, _) = manual.split_once("## Report").expect("the next section");
     let room = gallery();
     let help = room.run("bench --help").ends_with(0).stdout;
-    let options: Vec<&str> = help
+    let typed: Vec<&str> = help
         .split_whitespace()
         .filter(|word| word.starts_with("--"))
         .collect();
-    assert!(options.len() >= 8, "{help}");
-    for option in options {
+    assert!(typed.len() >= 8, "{help}");
+    for option in typed {
         assert!(
-            manual.contains(&format!("`{option}")),
+            options.contains(&format!("`{option}")),
             "docs/cli.md lacks {option}"
         );
     }

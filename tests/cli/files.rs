@@ -5,11 +5,13 @@ use std::process::Command;
 use crate::room::{BALL, Room, Run, ball};
 
 #[test]
-fn outfile_replaces_the_films_filename_with_a_warning() {
+fn outfile_replaces_the_films_filename_without_a_word() {
     let room = Room::new();
-    room.run("--outfile other.pfm ball.pbrt")
-        .ends_with(0)
-        .says("warning[filename-overridden]: the film's filename gives way to --outfile\n --> ball.pbrt:4:82\n");
+    let run = room
+        .run("--strict --outfile other.pfm ball.pbrt")
+        .ends_with(0);
+    assert!(run.stderr.starts_with("wrote other.pfm"), "{}", run.stderr);
+    assert_eq!(run.stderr.lines().count(), 1);
     assert_eq!(room.list(), ["ball.pbrt", "other.pfm"]);
 }
 

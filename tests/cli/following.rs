@@ -125,20 +125,25 @@ fn the_command_line_of_a_report_replays_the_bad_sample() {
 }
 
 #[test]
-fn what_cannot_be_followed_is_told_at_its_place() {
+fn what_cannot_be_followed_is_a_wrong_command_line() {
     let room = Room::new();
     let direct = ball("WorldBegin", "Integrator \"directlighting\"\nWorldBegin");
     room.put("direct.pbrt", &direct);
     room.run("direct.pbrt --pixel 1,1")
-        .ends_with(1)
-        .says("\"directlighting\" cannot tell what happens along its paths")
-        .says("direct.pbrt:6:12");
+        .ends_with(2)
+        .says("\"directlighting\" cannot tell what happens along its paths");
     room.run("ball.pbrt --pixel 1,1 --sample 4")
-        .ends_with(1)
+        .ends_with(2)
         .says("there is no sample 4 among 4, counted from 0");
-    room.run("ball.pbrt --pixel 64,1")
-        .ends_with(1)
-        .says("no sample of pixel (64, 1) counts in a frame of 64 x 48");
+    for pixel in ["64,1", "-1,0", "2147483647,-2147483648"] {
+        let run = room.run(&format!("ball.pbrt --pixel {pixel}")).ends_with(2);
+        let run = run.says("counts in a frame of 64 x 48");
+        assert!(
+            !run.stderr.contains("-->"),
+            "the scene is innocent: {}",
+            run.stderr
+        );
+    }
     for line in [
         "ball.pbrt --pixel 1",
         "ball.pbrt --sample 1",

@@ -175,6 +175,8 @@ fn help_and_version_are_no_errors_and_go_to_standard_output() {
     for line in ["--help", "-help", "-h"] {
         let run = room.run(line).ends_with(0);
         for option in [
+            "compare",
+            "completions",
             "--outfile",
             "--cropwindow",
             "--strict",
@@ -207,6 +209,22 @@ fn the_manual_names_every_option() {
         n_options += 1;
     }
     assert!(n_options > 15);
+}
+
+#[test]
+fn a_crop_window_without_pixels_is_no_fault_of_the_scene() {
+    let room = Room::new();
+    for window in ["0.5 0.5 0 1", "0 1 0.501 0.502", "2 3 0 1"] {
+        let run = room
+            .run(&format!("ball.pbrt --cropwindow {window}"))
+            .ends_with(2);
+        let run = run.says("holds no pixel of a frame of 64 x 48");
+        assert!(!run.stderr.contains("-->"), "{}", run.stderr);
+    }
+    let film = "\"float cropwindow\" [.5 .5 0 1] \"string filename\"";
+    room.put("ball.pbrt", &ball("\"string filename\"", film));
+    room.run("ball.pbrt").ends_with(1).says(" --> ball.pbrt:4:");
+    assert_eq!(room.list(), ["ball.pbrt"]);
 }
 
 #[test]

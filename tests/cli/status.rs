@@ -65,8 +65,12 @@ fn strict_renders_nothing_if_there_is_a_single_warning_anywhere() {
         .says("tyndall: 1 error; failed (exit status 1)");
     assert_eq!(room.list(), ["ball.pbrt", "warned.pbrt"]);
     // What is said about the command line is no fault of the scene.
-    let run = room.run("--strict --outfile x.exr ball.pbrt").ends_with(0);
-    run.says("warning[filename-overridden]");
+    let film = "\"float cropwindow\" [0 1 0 1] \"string filename\"";
+    room.put("ball.pbrt", &ball("\"string filename\"", film));
+    let run = room
+        .run("--strict --cropwindow 0 1 0 .5 ball.pbrt")
+        .ends_with(0);
+    run.says("warning[cropwindow-overridden]");
 }
 
 #[test]

@@ -223,7 +223,7 @@ impl<'a> Contest<'a> {
     fn measure(&self, command: &mut Command, run: &mut Run) -> Result<Ended, String> {
         command.current_dir(self.workshop.path());
         let log = self.workshop.path().join("log.txt");
-        let ended = run::measure(command, &log, self.suite.timeout)?;
+        let ended = run::measure(command, &log, self.suite.timeout, self.interrupt.flag())?;
         run.wall_seconds = Some(ended.usage.wall);
         run.cpu_seconds = ended.usage.cpu;
         run.peak_memory_bytes = ended.usage.peak_memory;

@@ -21,7 +21,7 @@ use tyndall_parser::source::Sources;
 
 use super::args::BenchArgs;
 use super::console::{self, Console};
-use super::files::reason;
+use super::files::{Bounds, Inputs, reason};
 use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::Place;
@@ -33,18 +33,22 @@ use suite::{Directories, Scene, Suite};
 use summary::Rival;
 
 /// Runs the suite and writes the results.
-pub(super) fn run(args: BenchArgs) -> Outcome {
+pub(super) fn run(args: BenchArgs, interrupt: &Interrupt) -> Outcome {
     let mut console = Console::new(match args.quiet {
         true => Verbosity::Quiet,
         false => Verbosity::Normal,
     });
-    bench(&args, &mut console).unwrap_or_else(|why| {
+    bench(&args, &mut console, interrupt).unwrap_or_else(|why| {
         console.say(&format!("fatal: {why}"));
         Outcome::Failed
     })
 }
 
-fn bench(args: &BenchArgs, console: &mut Console) -> Result<Outcome, String> {
+fn bench(
+    args: &BenchArgs,
+    console: &mut Console,
+    interrupt: &Interrupt,
+) -> Result<Outcome, String> {
     let Some(mut suite) = read_suite(args, console)? else {
         return Ok(Outcome::Failed);
     };
@@ -61,8 +65,20 @@ fn bench(args: &BenchArgs, console: &mut Console) -> Result<Outcome, String> {
     }
     // Known to be writable before hours are spent on what is written.
     let destination = args.json.clone().map(Destination::new);
-    let json = destination.as_ref().map(ReportSink::new).transpose()?;
-    let shelf = Shelf::new(&args.outdir)?;
+    let json = destination
+        .as_ref()
+        .map(|json| ReportSink::new(json, &Bounds::default()));
+    let json = json.transpose()?;
+    let inputs = Inputs::default();
+    inputs.expect(&args.suite);
+    for scene in &suite.scenes {
+        inputs.expect(&scene.file);
+        inputs.expect(&scene.reference);
+    }
+    if let Some(json) = &json {
+        json.spare(&inputs)?;
+    }
+    let shelf = Shelf::new(&args.outdir, inputs)?;
 
     let (scenes, skipped) = sort_out(&suite);
     for skipped in &skipped {
@@ -73,9 +89,10 @@ fn bench(args: &BenchArgs, console: &mut Console) -> Result<Outcome, String> {
         run::first_line(words)
     });
     let versions = versions.collect();
-    let interrupt = Interrupt::listen();
-    let contest = Contest::new(&suite, console, &interrupt)?;
-    let runs = interrupt.busy(|| contest.run(&scenes));
+    // From here on there are results to write.
+    interrupt.conclude();
+    let contest = Contest::new(&suite, console, interrupt)?;
+    let runs = contest.run(&scenes);
 
     let summaries = summary::summarize(&suite, &scenes, &runs);
     let is_complete = skipped.is_empty()
@@ -153,11 +170,13 @@ fn sort_out(suite: &Suite) -> (Vec<&Scene>, Vec<Skipped>) {
 /// The directory of the results.
 struct Shelf<'a> {
     directory: &'a Path,
+    /// What is measured: none of it may be written over.
+    inputs: Inputs,
 }
 
 impl<'a> Shelf<'a> {
     /// Makes the directory, unless it is there, and sees whether files can be made in it.
-    fn new(directory: &'a Path) -> Result<Self, String> {
+    fn new(directory: &'a Path, inputs: Inputs) -> Result<Self, String> {
         if !directory.is_dir() {
             let made = fs::create_dir(directory);
             made.map_err(|error| {
@@ -168,9 +187,10 @@ impl<'a> Shelf<'a> {
                 )
             })?;
         }
-        let shelf = Self { directory };
-        Place::new(&directory.join(REPORT))?;
-        Ok(shelf)
+        for name in [PAGE, TABLE, REPORT] {
+            Place::new(&directory.join(name))?.spare(&inputs)?;
+        }
+        Ok(Self { directory, inputs })
     }
 
     /// Writes everything, and returns the page for people.
@@ -193,17 +213,23 @@ impl<'a> Shelf<'a> {
             self.write(OVERVIEW, svg.as_bytes())?;
         }
         let markdown = report.to_markdown(&plots, overview.as_ref().map(|_| OVERVIEW));
-        self.write("report.md", markdown.as_bytes())?;
-        self.write("runs.csv", &report.to_csv()?)?;
+        self.write(PAGE, markdown.as_bytes())?;
+        self.write(TABLE, &report.to_csv()?)?;
         self.write(REPORT, to_json(report).as_bytes())?;
         Ok(markdown)
     }
 
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), String> {
-        Place::new(&self.directory.join(name))?.write(bytes)
+        let place = Place::new(&self.directory.join(name))?;
+        place.spare(&self.inputs)?;
+        place.write(bytes)
     }
 }
 
+/// The page for people.
+const PAGE: &str = "report.md";
+/// All runs.
+const TABLE: &str = "runs.csv";
 /// The machine-readable results.
 const REPORT: &str = "report.json";
 /// The plot of all scenes.

@@ -4,6 +4,7 @@ use std::fs::{self, File};
 use std::io::{self, Read, Seek};
 use std::path::Path;
 use std::process::{Child, Command, ExitStatus, Stdio};
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc;
 use std::thread;
 use std::time::{Duration, Instant};
@@ -12,6 +13,8 @@ use crate::app::files::reason;
 
 /// Characters of a program's last words that are kept.
 const MAX_LAST_WORDS: usize = 160;
+/// Time between two looks at the clock and at the wish to stop.
+const LOOK_EVERY: Duration = Duration::from_millis(100);
 /// How long a program may take to tell its version.
 const VERSION_TIMEOUT: Duration = Duration::from_secs(5);
 /// Bytes in which its version is looked for.
@@ -38,7 +41,7 @@ pub(super) struct Ended {
     pub(super) failure: Option<String>,
 }
 
-/// Runs a program to its end, or to `timeout`. What it says goes to the file `log`.
+/// Runs a program to its end, to `timeout`, or until it is to `stop`. What it says goes to the file `log`.
 ///
 /// # Errors
 /// It cannot be started, or ran out of time.
@@ -46,6 +49,7 @@ pub(super) fn measure(
     command: &mut Command,
     log: &Path,
     timeout: Duration,
+    stop: &AtomicBool,
 ) -> Result<Ended, String> {
     let program = command.get_program().display().to_string();
     let refusal = |error: io::Error| format!("cannot run \"{program}\": {}", reason(&error));
@@ -54,7 +58,7 @@ pub(super) fn measure(
     command.stdin(Stdio::null()).stdout(output).stderr(errors);
     let start = Instant::now();
     let mut child = command.spawn().map_err(refusal)?;
-    let (status, usage, is_overdue) = wait(&mut child, start, timeout).map_err(refusal)?;
+    let (status, usage, is_overdue) = wait(&mut child, start, timeout, stop).map_err(refusal)?;
     if is_overdue {
         return Err(format!("not done after {} s", timeout.as_secs()));
     }
@@ -75,16 +79,20 @@ fn wait(
     child: &mut Child,
     start: Instant,
     timeout: Duration,
+    stop: &AtomicBool,
 ) -> io::Result<(ExitStatus, Usage, bool)> {
     let id = child.id();
     thread::scope(|scope| {
         let (done, is_done) = mpsc::channel::<()>();
         let watchman = scope.spawn(move || {
-            let is_overdue = is_done.recv_timeout(timeout) == Err(mpsc::RecvTimeoutError::Timeout);
-            if is_overdue {
-                kill(id);
+            while is_done.recv_timeout(LOOK_EVERY) == Err(mpsc::RecvTimeoutError::Timeout) {
+                let is_overdue = start.elapsed() >= timeout;
+                if is_overdue || stop.load(Ordering::Relaxed) {
+                    kill(id);
+                    return is_overdue;
+                }
             }
-            is_overdue
+            false
         });
         let ended = wait_for_usage(child, start);
         drop(done);
@@ -160,7 +168,8 @@ pub(super) fn first_line(words: &[String]) -> Option<String> {
         .stderr(Stdio::null())
         .spawn()
         .ok()?;
-    let (_, _, is_overdue) = wait(&mut child, Instant::now(), VERSION_TIMEOUT).ok()?;
+    let never = AtomicBool::new(false);
+    let (_, _, is_overdue) = wait(&mut child, Instant::now(), VERSION_TIMEOUT, &never).ok()?;
     if is_overdue {
         return None;
     }

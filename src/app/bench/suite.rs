@@ -14,7 +14,7 @@ use tyndall_parser::source::Sources;
 
 use super::keys::{Reader, Table};
 use crate::app::args::MAX_THREADS;
-use crate::app::files;
+use crate::app::files::{self, Bounds};
 
 /// The name of our own runs; no peer may have it.
 pub(super) const OURS: &str = "tyndall";
@@ -122,7 +122,7 @@ impl Suite {
         sources: &mut Sources,
     ) -> Result<(Option<Self>, Diagnostics), String> {
         let refusal = |why: String| format!("cannot read \"{}\": {why}", path.display());
-        let bytes = files::read(path).map_err(refusal)?;
+        let bytes = files::read(path, &Bounds::default()).map_err(refusal)?;
         let absolute = std::path::absolute(path).map_err(|error| refusal(error.to_string()))?;
         let directory = absolute.parent().map(Path::to_owned).unwrap_or_default();
         let text =

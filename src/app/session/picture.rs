@@ -3,7 +3,6 @@
 use std::time::Instant;
 
 use tyndall_parser::diagnostic::{Diagnostic, Severity};
-use tyndall_parser::source::Span;
 
 use super::{Outputs, Picture, Session, seconds_since};
 use crate::app::console;
@@ -26,32 +25,32 @@ impl Session<'_> {
             // The signal came while an earlier picture was being written.
             return self.raise(Outcome::Interrupted);
         }
+        if let Some(job) = &picture.report.job {
+            self.console.detail(&job.text());
+        }
         let Picture {
             compiled,
-            integrator,
             output,
             mut report,
         } = picture;
+        if let Task::Trace { pixel, sample } = self.plan.task {
+            // There is nothing to save: a signal ends the program.
+            self.trace(&compiled, pixel, sample, &mut report);
+        }
         let interrupt = self.interrupt;
-        interrupt.busy(|| {
-            if let Some(job) = &report.job {
-                self.console.detail(&job.text());
-            }
-            if let Task::Trace { pixel, sample } = self.plan.task {
-                self.trace(&compiled, integrator, pixel, sample, &mut report);
-            }
-            if let Some(output) = output {
+        match output {
+            Some(output) => interrupt.busy(|| {
                 self.render(&compiled, output, &mut report);
-            }
-        });
-        self.add(report);
+                self.add(report);
+            }),
+            None => self.add(report),
+        }
     }
 
     /// Follows one path and prints what happens to it.
     fn trace(
         &mut self,
         compiled: &Compiled,
-        integrator: Span,
         pixel: [i32; 2],
         sample: u32,
         report: &mut PictureReport,
@@ -75,8 +74,9 @@ impl Session<'_> {
             None
         };
         if let Some(why) = why {
-            self.stop("no-trace", Some(integrator), why);
-            report.outcome = Outcome::Failed;
+            // It is the options that ask for it, not the scene.
+            self.stop("no-trace", None, why);
+            report.outcome = Outcome::Usage;
             return;
         }
         let (text, is_good) = trace::follow(compiled, pixel, sample);
@@ -120,28 +120,34 @@ impl Session<'_> {
         if self.interrupt.is_wanted() && rendered.report.cancelled {
             report.outcome = Outcome::Interrupted;
         }
-        let incomplete = match report.outcome {
-            Outcome::Complete => None,
-            outcome => Some((
-                "tyndall/incomplete".to_owned(),
-                Attribute::Text(outcome.explanation().to_owned()),
-            )),
-        };
+        let mut remarks = Vec::new();
+        if report.outcome > Outcome::Complete {
+            let why = report.outcome.explanation().to_owned();
+            remarks.push(("tyndall/incomplete".to_owned(), Attribute::Text(why)));
+        }
+        if rendered.report.cancelled {
+            // Text as the number that was asked for.
+            let held = Attribute::Text(rendered.samples_per_pixel.to_string());
+            remarks.push(("tyndall/samples-per-pixel".to_owned(), held));
+        }
 
         let start = Instant::now();
         let seconds = report.seconds.render;
-        let how = if rendered.report.cancelled {
-            ", partial"
+        let is_partial = rendered.report.cancelled;
+        let how = if is_partial {
+            let (held, spp) = (rendered.samples_per_pixel, compiled.job.spp);
+            format!(", partial: {held:.3} of {spp} samples per pixel")
         } else {
-            ""
+            String::new()
         };
-        if let Some(name) = self.write(outputs.picture, rendered.image, &incomplete, report) {
+        let image = rendered.image;
+        if let Some(name) = self.write(outputs.picture, image, is_partial, &remarks, report) {
             self.console
                 .note(&format!("wrote {name} ({seconds:.2} s of rendering{how})"));
             report.file = Some(name);
         }
         for (output, image) in outputs.strategies.into_iter().zip(rendered.strategies) {
-            let written = self.write(output, image, &incomplete, report);
+            let written = self.write(output, image, is_partial, &remarks, report);
             report.strategy_files.extend(written);
         }
         if let [first, .., last] = &report.strategy_files[..] {
@@ -152,17 +158,28 @@ impl Session<'_> {
         report.seconds.write = seconds_since(start);
     }
 
-    /// Writes a picture and returns its name, or reports why it cannot.
+    /// Writes a picture and returns its name, or reports why it cannot. What is not finished goes beside what may be.
     fn write(
         &mut self,
         mut output: Output,
         image: Image,
-        incomplete: &Option<(String, Attribute)>,
+        is_partial: bool,
+        remarks: &[(String, Attribute)],
         report: &mut PictureReport,
     ) -> Option<String> {
-        output.attributes.extend(incomplete.clone());
-        match output.write(image) {
-            Ok(()) => Some(output.place.name().display().to_string()),
+        output.attributes.extend_from_slice(remarks);
+        let output = if is_partial {
+            output.partial()
+        } else {
+            Ok(output)
+        };
+        let written = output.and_then(|output| {
+            output.place.spare(&self.ending.inputs)?;
+            output.write(image)?;
+            Ok(output.place.name().display().to_string())
+        });
+        match written {
+            Ok(name) => Some(name),
             Err(why) => {
                 self.stop("unwritable-output", None, why);
                 report.outcome = report.outcome.max(Outcome::Failed);
@@ -177,6 +194,7 @@ impl Session<'_> {
             report,
             image,
             strategies,
+            ..
         } = rendered;
         let plan = self.plan;
         let mut outcome = Outcome::Complete;

@@ -149,7 +149,9 @@ impl<'a> Tracer<'a> {
         let world = self.world;
         let mut crossings = 0;
         while !head.beta.is_black() && (head.looks_for_light || path.len() < head.limit) {
-            self.counters.rays += 1;
+            if self.counters.next_ray() {
+                return;
+            }
             let hit = world.closest(&head.ray, f32::INFINITY);
             if hit.is_none() && world.is_bounded(head.medium) {
                 self.counters.leaked_paths += 1;

@@ -159,7 +159,9 @@ impl Path {
         let world = state.world;
         let mut crossings = 0;
         loop {
-            state.counters.rays += 1;
+            if state.counters.next_ray() {
+                break;
+            }
             state.see(|state| Event::Segment {
                 ray: state.ray,
                 medium: state.medium,

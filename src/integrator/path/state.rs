@@ -153,7 +153,9 @@ impl<O: Observer> State<'_, O> {
         let ray = self.ray;
         let mut passed = 0;
         loop {
-            self.counters.rays += 1;
+            if self.counters.next_ray() {
+                break;
+            }
             let Some(hit) = self.world.closest(&self.ray, f32::INFINITY) else {
                 self.add_environment();
                 break;
