@@ -232,6 +232,18 @@ impl<'a> TokenStream<'a> {
             .is_none_or(|byte| matches!(byte, b'\n' | b'\r'))
     }
 
+    /// What the file in which the last token stands holds from an offset on.
+    pub(crate) fn rest_of_file(&self, from: u32) -> &[u8] {
+        let text = self.sources.get(self.last.file).map(|file| file.text());
+        text.and_then(|text| text.get(from as usize..))
+            .unwrap_or_default()
+    }
+
+    /// Leaves the rest of the current file unread.
+    pub(crate) fn end_file(&mut self) {
+        self.frames.pop();
+    }
+
     /// The place behind the last token read.
     pub(crate) fn end(&self) -> Span {
         self.last.end()

@@ -28,6 +28,7 @@
 
 pub mod diagnostic;
 pub mod directive;
+mod dialect;
 mod grammar;
 pub mod include;
 pub mod lexer;

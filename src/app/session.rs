@@ -394,9 +394,7 @@ impl<'a> Session<'a> {
     /// Takes the findings about the scene.
     fn judge(&mut self, mut found: Diagnostics) {
         if self.plan.strict {
-            for diagnostic in &mut found.list {
-                diagnostic.severity = diagnostic.severity.max(Severity::Error);
-            }
+            found.raise(Severity::Error);
         }
         match found.worst() {
             Some(Severity::Fatal) => self.raise(Outcome::Failed),
@@ -424,8 +422,9 @@ impl<'a> Session<'a> {
 
     /// Reports a finding that is not about the scene: `--strict` does not mean it.
     fn tell(&mut self, diagnostic: Diagnostic) {
-        let list = vec![diagnostic];
-        self.record(&Diagnostics { list });
+        let mut found = Diagnostics::new();
+        found.push(diagnostic);
+        self.record(&found);
     }
 
     fn record(&mut self, found: &Diagnostics) {
@@ -433,7 +432,9 @@ impl<'a> Session<'a> {
         self.report.counts.add(found.counts());
         let findings = found
             .iter()
-            .map(|diagnostic| Finding::new(diagnostic, &self.sources));
+            .cloned()
+            .chain(found.left_out())
+            .map(|diagnostic| Finding::new(&diagnostic, &self.sources));
         self.report.findings.extend(findings);
     }
 

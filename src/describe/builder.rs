@@ -9,6 +9,7 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::directive::Directive;
 use tyndall_parser::schema;
 use tyndall_parser::source::{Span, Spanned};
+use transforms::Change;
 
 mod blocks;
 mod entities;
@@ -44,7 +45,9 @@ impl Builder {
             self.draft.allowed.push(kind);
         }
         match directive {
-            Directive::Identity => self.change_ctm("Identity", span, |_| DMat4::IDENTITY),
+            Directive::Identity => {
+                self.change_ctm("Identity", span, Change::Replace(DMat4::IDENTITY));
+            }
             Directive::Translate(delta) => {
                 self.multiply("Translate", span, transform::translate(delta, span))
             }

@@ -155,14 +155,9 @@ fn look_at_with_up_along_the_view_warns_and_takes_some_perpendicular() {
 
 #[test]
 fn degenerate_and_non_finite_transforms_are_located_and_left_out() {
-    let mut flat = DMat4::IDENTITY.to_cols_array();
-    flat[5] = 0.0;
-    let mut dependent = DMat4::IDENTITY.to_cols_array();
-    dependent[..11].copy_from_slice(&[0.1, 0.2, 0.3, 0.0, 0.4, 0.5, 0.6, 0.0, 0.7, 0.8, 0.9]);
     let mut unbounded = DMat4::IDENTITY.to_cols_array();
     unbounded[12] = f64::INFINITY;
     for (directive, code) in [
-        (Directive::Scale([0.0, 1.0, 1.0]), "singular-transform"),
         (Directive::Scale([1.0, f64::NAN, 1.0]), "not-finite"),
         (
             Directive::Translate([f64::INFINITY, 0.0, 0.0]),
@@ -198,9 +193,7 @@ fn degenerate_and_non_finite_transforms_are_located_and_left_out() {
             },
             "not-finite",
         ),
-        (Directive::Transform(flat), "singular-transform"),
         (Directive::Transform(unbounded), "not-finite"),
-        (Directive::ConcatTransform(dependent), "singular-transform"),
         (Directive::ConcatTransform([f64::NAN; 16]), "not-finite"),
     ] {
         let (description, diagnostics) = run(world([

@@ -25,7 +25,7 @@ impl ParamReader<'_> {
             return;
         }
         let list = self.params.list();
-        self.diagnostics.list.extend(
+        self.diagnostics.extend(
             list.params
                 .iter()
                 .filter_map(|param| without_effect(param, list, plugins)),
