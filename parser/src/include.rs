@@ -126,6 +126,23 @@ pub(crate) struct TokenStream<'a> {
     end_before: u32,
 }
 
+/// How a path that was not found would be written here, if it has backslashes: they are part of names, and separate
+/// nothing.
+pub fn path_help(path: &str) -> Option<String> {
+    if !path.contains('\\') || cfg!(windows) {
+        return None;
+    }
+    let mut names = path.split(['\\', '/']);
+    // Doubled backslashes separate once; a leading separator stays.
+    let first = names.next().unwrap_or_default();
+    let rest = names.filter(|name| !name.is_empty());
+    let path: Vec<&str> = std::iter::once(first).chain(rest).collect();
+    Some(format!(
+        "directories are separated by / here: write \"{}\"",
+        excerpt(path.join("/").as_bytes())
+    ))
+}
+
 impl<'a> TokenStream<'a> {
     /// A stream without files.
     pub(crate) fn new(sources: &'a mut Sources, loader: &'a dyn Loader) -> Self {
@@ -370,7 +387,9 @@ impl<'a> TokenStream<'a> {
             Ok(loaded) => loaded,
             Err(error) => {
                 let message = format!("cannot read \"{}\": {error}", excerpt(path.as_bytes()));
-                let help = "relative paths start at the directory of the top-level scene file";
+                let help = path_help(path).unwrap_or_else(|| {
+                    "relative paths start at the directory of the top-level scene file".to_owned()
+                });
                 self.report
                     .push(Diagnostic::error("missing-include", directive, message).with_help(help));
                 return;

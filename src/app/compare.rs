@@ -13,8 +13,8 @@ use super::console::{self, Console};
 use super::files;
 use super::output::Place;
 use super::plan::{Destination, Verbosity};
-use super::{ReportSink, to_json};
-use crate::image::codec::{self, ImageFile, Precision};
+use super::{ReportSink, resources, to_json};
+use crate::image::codec::{self, DecodeOptions, Decoded, ImageFile, Precision};
 use crate::image::metrics::{self, Comparison};
 use crate::image::{Image, PixelRect, srgb};
 
@@ -153,7 +153,7 @@ pub(super) fn run(args: CompareArgs) -> Verdict {
             return Verdict::Incomparable;
         }
     };
-    let mut report = Report::new(compare(&args));
+    let mut report = Report::new(compare(&args, &console));
     if let Some(why) = &report.error {
         console.say(&format!("fatal: {why}"));
     }
@@ -200,10 +200,10 @@ fn lost_file(args: &CompareArgs, json: Option<&Destination>) -> Option<&'static 
 }
 
 /// Reads both pictures, measures, and writes the map.
-fn compare(args: &CompareArgs) -> Result<Finding, String> {
+fn compare(args: &CompareArgs, console: &Console) -> Result<Finding, String> {
     let map_place = args.map.as_deref().map(Place::new).transpose()?;
-    let mut test = read(&args.test)?;
-    let reference = read(&args.reference)?;
+    let mut test = read(&args.test, console)?;
+    let reference = read(&args.reference, console)?;
     if args.same_window {
         place_like(&mut test, &reference)?;
     }
@@ -255,11 +255,19 @@ fn compare(args: &CompareArgs) -> Result<Finding, String> {
 }
 
 /// Reads a picture and makes it linear.
-fn read(path: &Path) -> Result<ImageFile, String> {
+fn read(path: &Path, console: &Console) -> Result<ImageFile, String> {
     let refusal = |why: String| format!("cannot read \"{}\": {why}", path.display());
     let extension = extension(path);
     let bytes = files::read(path).map_err(refusal)?;
-    let mut file = codec::decode(&bytes, &extension).map_err(|error| refusal(error.to_string()))?;
+    let options = DecodeOptions {
+        full_depth: true,
+        max_bytes: resources::memory_left(None).unwrap_or(u64::MAX),
+    };
+    let Decoded { mut file, note } = codec::decode_with(&bytes, &extension, &options)
+        .map_err(|error| refusal(error.to_string()))?;
+    if let Some(note) = note {
+        console.note(&format!("\"{}\": {note}", path.display()));
+    }
     if codec::is_eight_bit(&extension) {
         srgb::linearize(&mut file.image);
     }
@@ -517,7 +525,7 @@ impl Side {
 
     fn description(&self) -> String {
         let linear = if self.made_linear {
-            ", 8-bit sRGB made linear"
+            ", sRGB made linear"
         } else {
             ""
         };

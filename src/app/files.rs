@@ -23,9 +23,19 @@ const TOO_LONG: u64 = 1 << 32;
 pub(super) struct Files {
     /// From names as diagnostics show them: a path need not be text, its name is.
     directories: HashMap<String, PathBuf>,
+    /// Bytes of memory that may be taken in all.
+    max_memory: Option<u64>,
 }
 
 impl Files {
+    /// None yet, where so much memory may be taken.
+    pub(super) fn new(max_memory: Option<u64>) -> Self {
+        Self {
+            directories: HashMap::new(),
+            max_memory,
+        }
+    }
+
     /// Reads a top-level file.
     ///
     /// # Errors
@@ -115,9 +125,13 @@ impl Assets for FileAssets<'_> {
             .and_then(|mut buffers| buffers.pop());
         let path = self.files.resolve(&path.value, top_level);
         Ok(Arc::new(Lent {
-            bytes: read_into(buffer.unwrap_or_default(), &path)?,
+            bytes: read_into(buffer.unwrap_or_default(), &path, self.files.max_memory)?,
             buffers: self.buffers.clone(),
         }))
+    }
+
+    fn memory_left(&self) -> u64 {
+        resources::memory_left(self.files.max_memory).unwrap_or(u64::MAX)
     }
 }
 
@@ -165,12 +179,12 @@ fn read_scene(path: &Path) -> Result<SourceBytes, String> {
 /// of a pipe is read from standard input. So is what has no room in memory, before it is read: holes in a file cost
 /// nothing, so that any length can be claimed.
 pub(super) fn read(path: &Path) -> Result<Vec<u8>, String> {
-    read_into(Vec::new(), path)
+    read_into(Vec::new(), path, None)
 }
 
 /// The same into memory that is there already, if it suffices.
-fn read_into(buffer: Vec<u8>, path: &Path) -> Result<Vec<u8>, String> {
-    let room = resources::memory_left().unwrap_or(u64::MAX);
+fn read_into(buffer: Vec<u8>, path: &Path, max_memory: Option<u64>) -> Result<Vec<u8>, String> {
+    let room = resources::memory_left(max_memory).unwrap_or(u64::MAX);
     let room = room.saturating_add(buffer.capacity() as u64);
     read_up_to(buffer, path, room, "there is not so much memory")
 }

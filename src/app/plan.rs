@@ -96,6 +96,8 @@ pub(super) struct Plan {
     pub(super) compile: CompileOptions,
     pub(super) precision: Precision,
     pub(super) strict: bool,
+    /// Bytes of memory that may be taken.
+    pub(super) max_memory: Option<u64>,
     pub(super) json: Option<Destination>,
     pub(super) verbosity: Verbosity,
     /// Options that were accepted and do nothing.
@@ -159,6 +161,7 @@ impl Plan {
                 Precision::Float
             },
             strict: args.strict,
+            max_memory: args.max_memory,
             json,
             verbosity: match (args.quiet, args.verbose) {
                 (true, _) => Verbosity::Quiet,

@@ -1,12 +1,13 @@
 //! Portable float maps: a text header and raw floats, bottom row first.
 //!
-//! Format: `PF` (RGB) or `Pf` (grey), width, height, scale, one white-space byte, samples. A negative scale means
-//! little-endian; its magnitude multiplies the samples.
+//! Format: `PF` (RGB) or `Pf` (grey), width, height, scale, one white-space byte or a line end of two, samples. A
+//! negative scale means little-endian; its magnitude multiplies the samples.
 
+use crate::image::codec::DecodeOptions;
 use crate::image::{Image, ImageError, sample_count};
 
 /// Decodes a file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
+pub(super) fn decode(bytes: &[u8], options: &DecodeOptions) -> Result<Image, ImageError> {
     let mut rest = bytes;
     let channels = match next_word(&mut rest)? {
         "PF" => 3,
@@ -30,11 +31,20 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
         }
     };
     let n_bytes = sample_count(width, height, channels).and_then(|count| count.checked_mul(4));
-    let samples = n_bytes.and_then(|count| rest.get(..count)).ok_or_else(|| {
-        invalid(format!(
-            "the file is too short for {width}x{height} pixels with {channels} channels"
-        ))
-    })?;
+    // A line feed behind the header may be the second half of its line end, or the first byte of the samples.
+    let is_split = |count: usize| ends_in_cr(bytes, rest) && rest.len().checked_sub(1) == Some(count);
+    let samples = match n_bytes {
+        Some(count) if rest.len() == count => rest,
+        Some(count) if is_split(count) && rest[0] == b'\n' => &rest[1..],
+        _ => {
+            let n_bytes = n_bytes.map_or("more".to_owned(), |count| count.to_string());
+            return Err(invalid(format!(
+                "{width}x{height} pixels with {channels} channels take {n_bytes} bytes, but {} follow the header",
+                rest.len()
+            )));
+        }
+    };
+    options.fits(width, height, channels)?;
     let from_bytes = if scale < 0.0 {
         f32::from_le_bytes
     } else {
@@ -60,6 +70,11 @@ pub(super) fn encode(image: &Image) -> Vec<u8> {
         bytes.extend(row.iter().flat_map(|sample| sample.to_le_bytes()));
     }
     bytes
+}
+
+/// Whether the byte before `rest` is a carriage return.
+fn ends_in_cr(bytes: &[u8], rest: &[u8]) -> bool {
+    bytes[..bytes.len() - rest.len()].ends_with(b"\r")
 }
 
 /// Takes a word and the one white-space byte after it.

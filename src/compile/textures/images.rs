@@ -5,13 +5,18 @@ use std::collections::HashMap;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Spanned;
 
-use crate::compile::assets::{Assets, extension};
+use crate::compile::assets::{Assets, extension, read_file};
 use crate::compile::textures::TextureBuilder;
 use crate::compile::textures::kind::Kind;
 use crate::ids::ImageId;
+use crate::image::codec::{DecodeOptions, Decoded};
 use crate::image::mip::{MipMap, Wrap};
 use crate::image::repair::{Samples, repair};
 use crate::image::{Image, codec, srgb};
+
+/// Bytes that an image takes as a pyramid, up-sampled to powers of two, for each byte of its samples: four times as many
+/// texels at most, and a third more for the smaller levels.
+const BYTES_PER_DECODED: u64 = 6;
 
 /// What stands in for an image that cannot be read, before gamma and scale.
 const MISSING_IMAGE: f32 = 0.5;
@@ -103,26 +108,30 @@ pub(in crate::compile) fn read_image(
     instead: &str,
     diagnostics: &mut Diagnostics,
 ) -> Option<Image> {
-    let mut fail = |code: &'static str, message: String| {
-        diagnostics.push(Diagnostic::error(code, file.span, message).with_label(instead));
-    };
-    let bytes = match assets.read(file) {
+    let bytes = match read_file(file, assets) {
         Ok(bytes) => bytes,
-        Err(error) => {
-            fail(
-                "missing-file",
-                format!("cannot read \"{}\": {error}", file.value),
-            );
+        Err(missing) => {
+            diagnostics.push(missing.with_label(instead));
             return None;
         }
     };
-    let mut image = match codec::decode((*bytes).as_ref(), extension(&file.value)) {
-        Ok(decoded) => decoded.image,
+    // A pyramid, of an image that may grow to powers of two, is made of it.
+    let options = DecodeOptions {
+        max_bytes: assets.memory_left() / BYTES_PER_DECODED,
+        ..DecodeOptions::default()
+    };
+    let mut image = match codec::decode_with((*bytes).as_ref(), extension(&file.value), &options) {
+        Ok(Decoded { file: decoded, note }) => {
+            if let Some(note) = note {
+                let message = format!("\"{}\" holds more than a picture: {note}", file.value);
+                diagnostics.push(Diagnostic::warning("image-part", file.span, message));
+            }
+            decoded.image
+        }
         Err(error) => {
-            fail(
-                "bad-image",
-                format!("cannot decode \"{}\": {error}", file.value),
-            );
+            let message = format!("cannot decode \"{}\": {error}", file.value);
+            let found = Diagnostic::error("bad-image", file.span, message);
+            diagnostics.push(found.with_label(instead));
             return None;
         }
     };
