@@ -2,6 +2,8 @@
 
 #[path = "cli/bench.rs"]
 mod bench;
+#[path = "cli/costs.rs"]
+mod costs;
 #[path = "cli/exhausted.rs"]
 mod exhausted;
 #[path = "cli/files.rs"]
@@ -12,6 +14,8 @@ mod following;
 mod options;
 #[path = "cli/outside.rs"]
 mod outside;
+#[path = "cli/readers.rs"]
+mod readers;
 #[path = "cli/rendering.rs"]
 mod rendering;
 #[path = "cli/report.rs"]

@@ -7,6 +7,9 @@ use ::image::{DynamicImage, ExtendedColorType, ImageFormat, ImageReader, Limits}
 use crate::image::codec::DecodeOptions;
 use crate::image::{Image, ImageError, codec, hdr, srgb};
 
+/// Channels whose memory a picture takes while it is decoded: three of floats, and the codes that they are made of.
+const DECODED_CHANNELS: usize = 4;
+
 /// Decodes a file to its stored values: 8-bit codes over 255, HDR as is. 16-bit channels lose their low byte unless
 /// `options` want them whole; alpha is dropped; grey stays grey.
 pub(super) fn decode(
@@ -24,7 +27,7 @@ pub(super) fn decode(
     let reader = || ImageReader::with_format(Cursor::new(bytes), format);
     // What is decoded, and the samples made of it, exist at once.
     let (width, height) = reader().into_dimensions().map_err(decoding_error)?;
-    options.fits(width as usize, height as usize, 2 * 3)?;
+    options.fits(width as usize, height as usize, DECODED_CHANNELS)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(codec::sample_budget(bytes.len()) as u64);
     let mut reader = reader();

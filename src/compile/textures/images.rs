@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Spanned;
 
-use crate::compile::assets::{Assets, extension, read_file};
+use crate::compile::assets::{Assets, extension, lack_of_memory, read_file};
 use crate::compile::textures::TextureBuilder;
 use crate::compile::textures::kind::Kind;
 use crate::ids::ImageId;
@@ -13,10 +13,6 @@ use crate::image::codec::{DecodeOptions, Decoded};
 use crate::image::mip::{MipMap, Wrap};
 use crate::image::repair::{Samples, repair};
 use crate::image::{Image, codec, srgb};
-
-/// Bytes that an image takes as a pyramid, up-sampled to powers of two, for each byte of its samples: four times as many
-/// texels at most, and a third more for the smaller levels.
-const BYTES_PER_DECODED: u64 = 6;
 
 /// What stands in for an image that cannot be read, before gamma and scale.
 const MISSING_IMAGE: f32 = 0.5;
@@ -115,9 +111,8 @@ pub(in crate::compile) fn read_image(
             return None;
         }
     };
-    // A pyramid, of an image that may grow to powers of two, is made of it.
     let options = DecodeOptions {
-        max_bytes: assets.memory_left() / BYTES_PER_DECODED,
+        max_bytes: assets.memory_left(),
         ..DecodeOptions::default()
     };
     let mut image = match codec::decode_with((*bytes).as_ref(), extension(&file.value), &options) {
@@ -135,6 +130,11 @@ pub(in crate::compile) fn read_image(
             return None;
         }
     };
+    if let Some(lack) = lack_of_memory(bytes_of_pyramid(&image), assets) {
+        let message = format!("a pyramid of \"{}\" {lack}", file.value);
+        diagnostics.push(Diagnostic::error("too-large", file.span, message).with_label(instead));
+        return None;
+    }
     let repairs = repair(&mut image, samples);
     if repairs.total() > 0 {
         let message = format!(
@@ -145,4 +145,12 @@ pub(in crate::compile) fn read_image(
         diagnostics.push(Diagnostic::warning("bad-texels", file.span, message));
     }
     Some(image)
+}
+
+/// Memory of the pyramid that is made of an image: its sides grow to powers of two, and the smaller levels are a third
+/// more.
+fn bytes_of_pyramid(image: &Image) -> u128 {
+    let sides = [image.width(), image.height()].map(|side| side.next_power_of_two() as u128);
+    let n_samples = sides[0] * sides[1] * image.channels() as u128;
+    n_samples * size_of::<f32>() as u128 * 4 / 3
 }
