@@ -17,16 +17,17 @@ enum Version {
 pub(crate) struct Dialect(Option<(Version, Span, String)>);
 
 impl Dialect {
-    /// Looks at a word that is no directive of pbrt-v3.
-    pub(crate) fn see_word(&mut self, word: &[u8], span: Span) {
+    /// Looks at a word that is no directive of pbrt-v3; whether it is one of another version.
+    pub(crate) fn see_word(&mut self, word: &[u8], span: Span) -> bool {
         let version = match word {
             b"Attribute" | b"ColorSpace" | b"Import" | b"Option" => Version::V4,
             b"Renderer" | b"SurfaceIntegrator" | b"Volume" | b"VolumeIntegrator" => Version::V2,
-            _ => return,
+            _ => return false,
         };
         self.note(version, span, || {
             format!("the directive `{}`", excerpt(word))
         });
+        true
     }
 
     /// Looks at a directive of pbrt-v3: at the name of its plugin, and at parameters that have changed their names.

@@ -423,7 +423,7 @@ impl Parser<'_> {
         let fault = match lexeme.kind {
             Kind::Unterminated => return,
             Kind::Word if numbers::literal(self.tokens.text(lexeme)).is_none() => {
-                self.dialect.see_word(self.tokens.text(lexeme), lexeme.span);
+                let is_of_other = self.dialect.see_word(self.tokens.text(lexeme), lexeme.span);
                 let fault = Diagnostic::fatal(
                     "unknown-directive",
                     lexeme.span,
@@ -432,6 +432,8 @@ impl Parser<'_> {
                 let before_hash = shown.split('#').next().unwrap_or_default();
                 if keywords().any(|keyword| keyword == before_hash) {
                     fault.with_help("a `#` inside a word starts no comment: put a space before it")
+                } else if is_of_other {
+                    fault
                 } else if let Some(keyword) = nearest(&shown, keywords()) {
                     fault.with_help(format!("did you mean `{keyword}`?"))
                 } else {
