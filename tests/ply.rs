@@ -293,7 +293,10 @@ const CORNER_UVS: &str = "list uchar float texcoord";
 /// The texture coordinates of each corner of each triangle.
 fn corner_uvs(mesh: &PlyMesh) -> Vec<[[f32; 2]; 3]> {
     let uv = |corner: u32| mesh.uvs[corner as usize];
-    mesh.triangles.iter().map(|corners| corners.map(uv)).collect()
+    mesh.triangles
+        .iter()
+        .map(|corners| corners.map(uv))
+        .collect()
 }
 
 #[test]
@@ -305,7 +308,9 @@ fn texture_coordinates_of_faces_are_used() {
     ];
     let normals = Element::new(
         "vertex",
-        &["float x", "float y", "float z", "float nx", "float ny", "float nz"],
+        &[
+            "float x", "float y", "float z", "float nx", "float ny", "float nz",
+        ],
         &[
             &[0., 0., 0., 0., 0., 1.],
             &[1., 0., 0., 0., 0., 2.],
@@ -320,7 +325,10 @@ fn texture_coordinates_of_faces_are_used() {
     let turned: Vec<&[f64]> = turned.iter().map(Vec::as_slice).collect();
     let turned = Element::new("face", &["list uchar float texcoords", CORNERS], &turned);
     let first = mesh(&[square(), faces.clone()]);
-    let expected = [[[0., 0.], [1., 0.], [1., 1.]], [[5., 0.], [6., 1.], [0., 1.]]];
+    let expected = [
+        [[0., 0.], [1., 0.], [1., 1.]],
+        [[5., 0.], [6., 1.], [0., 1.]],
+    ];
     assert_eq!(corner_uvs(&first), expected);
     assert_eq!((first.positions.len(), first.warnings.len()), (6, 0));
     for elements in [[square(), turned], [faces.clone(), square()]] {
@@ -336,11 +344,16 @@ fn texture_coordinates_of_quads_follow_triangles() {
     let quad: &[f64] = &[4., 0., 1., 2., 3., 8., 0., 0., 1., 0., 1., 1., 0., 1.];
     let faces = Element::new("face", &[CORNERS, CORNER_UVS], &[quad]);
     let found = mesh(&[square(), faces]);
-    let expected = [[[0., 0.], [1., 0.], [1., 1.]], [[0., 1.], [0., 0.], [1., 1.]]];
+    let expected = [
+        [[0., 0.], [1., 0.], [1., 1.]],
+        [[0., 1.], [0., 0.], [1., 1.]],
+    ];
     assert_eq!(corner_uvs(&found), expected);
     assert_eq!(found.positions.len(), 4);
     let corners = [0., 1., 1.5, 1., 0., 0., 1., 1.];
-    let positions: Vec<Vec<f64>> = (0..5).map(|i| vec![corners[i], corners[i + 3], 0.]).collect();
+    let positions: Vec<Vec<f64>> = (0..5)
+        .map(|i| vec![corners[i], corners[i + 3], 0.])
+        .collect();
     let positions: Vec<&[f64]> = positions.iter().map(Vec::as_slice).collect();
     let vertices = Element::new("vertex", &XYZ, &positions);
     let mut pentagon = vec![5., 0., 1., 2., 3., 4., 10.];
@@ -381,11 +394,18 @@ fn unusable_texture_coordinates_of_faces_warn_once() {
 fn bytes_behind_the_last_element_are_reported() {
     for encoding in ENCODINGS {
         let bytes = encode(encoding, &[square(), faces(&[&[3., 0., 1., 2.]])]);
-        for (rest, count) in [(b"".as_slice(), 0), (b"\n\n", 0), (b"\0", 0), (b"3 0 2 3\n", 7)] {
+        for (rest, count) in [
+            (b"".as_slice(), 0),
+            (b"\n\n", 0),
+            (b"\0", 0),
+            (b"3 0 2 3\n", 7),
+        ] {
             let bytes = [bytes.as_slice(), rest].concat();
             let found = decode(&bytes).unwrap();
-            let expected: Vec<PlyWarning> =
-                (count > 0).then_some(PlyWarning::Surplus { count }).into_iter().collect();
+            let expected: Vec<PlyWarning> = (count > 0)
+                .then_some(PlyWarning::Surplus { count })
+                .into_iter()
+                .collect();
             assert_eq!(found.warnings, expected, "{encoding:?} {rest:?}");
         }
     }

@@ -464,7 +464,8 @@ impl Diagnostics {
 
 impl Extend<Diagnostic> for Diagnostics {
     fn extend<T: IntoIterator<Item = Diagnostic>>(&mut self, more: T) {
-        more.into_iter().for_each(|diagnostic| self.push(diagnostic));
+        more.into_iter()
+            .for_each(|diagnostic| self.push(diagnostic));
     }
 }
 

@@ -37,9 +37,10 @@ impl Dialect {
                 plugin,
                 one_of(plugin, &["grid", "bruteforce"]).then_some(Version::V2),
             ),
-            Directive::Camera(plugin) => {
-                (plugin, one_of(plugin, &["spherical"]).then_some(Version::V4))
-            }
+            Directive::Camera(plugin) => (
+                plugin,
+                one_of(plugin, &["spherical"]).then_some(Version::V4),
+            ),
             Directive::Film(plugin) => (
                 plugin,
                 one_of(plugin, &["rgb", "gbuffer", "spectral"]).then_some(Version::V4),
@@ -140,8 +141,14 @@ fn one_of(plugin: &Plugin, names: &[&str]) -> bool {
 /// The version that has a material of this kind, if pbrt-v3 does not.
 fn of_material(kind: &str) -> Option<Version> {
     match kind {
-        "coatedconductor" | "coateddiffuse" | "conductor" | "dielectric" | "diffuse"
-        | "diffusetransmission" | "interface" | "thindielectric" => Some(Version::V4),
+        "coatedconductor"
+        | "coateddiffuse"
+        | "conductor"
+        | "dielectric"
+        | "diffuse"
+        | "diffusetransmission"
+        | "interface"
+        | "thindielectric" => Some(Version::V4),
         "measured" | "shinymetal" => Some(Version::V2),
         _ => None,
     }

@@ -27,8 +27,8 @@
 //! ```
 
 pub mod diagnostic;
-pub mod directive;
 mod dialect;
+pub mod directive;
 mod grammar;
 pub mod include;
 pub mod lexer;

@@ -42,7 +42,10 @@ pub(super) fn memory_left(most: Option<u64>) -> Option<u64> {
     let limits = [most, machine_memory(), control_group_limit()];
     let of_limits = limits.into_iter().flatten().min();
     let of_limits = of_limits.map(|limit| limit.saturating_sub(taken));
-    [of_limits, address_space_left()].into_iter().flatten().min()
+    [of_limits, address_space_left()]
+        .into_iter()
+        .flatten()
+        .min()
 }
 
 /// A number of bytes, with one of the units K, M, G and T of 1024 each.
@@ -117,7 +120,8 @@ fn control_group_limit() -> Option<u64> {
         let groups = std::fs::read_to_string("/proc/self/cgroup").unwrap_or_default();
         let limits = groups.lines().flat_map(limit_files);
         // "max" is no limit; version 1 writes a number beyond all memory.
-        let limits = limits.filter_map(|file| std::fs::read_to_string(file).ok()?.trim().parse().ok());
+        let limits =
+            limits.filter_map(|file| std::fs::read_to_string(file).ok()?.trim().parse().ok());
         limits.min()
     })
 }
@@ -138,7 +142,9 @@ fn limit_files(line: &str) -> Vec<std::path::PathBuf> {
     };
     // In a container the path may be that of the host: then only the root is there.
     let group = std::path::Path::new(group.trim_start_matches('/'));
-    let groups = group.ancestors().filter(|group| !group.to_string_lossy().contains(".."));
+    let groups = group
+        .ancestors()
+        .filter(|group| !group.to_string_lossy().contains(".."));
     groups
         .map(|group| std::path::Path::new(root).join(group).join(file))
         .collect()
@@ -170,7 +176,13 @@ mod tests {
 
     #[test]
     fn sizes_have_units() {
-        let right = [("1", 1), ("4G", 4 << 30), ("1.5k", 1536), ("2MiB", 2 << 20), ("3tb", 3 << 40)];
+        let right = [
+            ("1", 1),
+            ("4G", 4 << 30),
+            ("1.5k", 1536),
+            ("2MiB", 2 << 20),
+            ("3tb", 3 << 40),
+        ];
         for (text, bytes) in right {
             assert_eq!(size(text), Ok(bytes), "{text}");
         }

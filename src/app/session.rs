@@ -250,7 +250,9 @@ impl<'a> Session<'a> {
         let crop = compiled.job.film.crop;
         let n_pixels = crop.width as u128 * crop.height as u128;
         let n_bytes = compiled.job.bytes_needed() + n_pixels * ENCODED_BYTES_PER_PIXEL;
-        if resources::memory_left(self.plan.max_memory).is_none_or(|memory| n_bytes <= memory.into()) {
+        if resources::memory_left(self.plan.max_memory)
+            .is_none_or(|memory| n_bytes <= memory.into())
+        {
             return Ok(());
         }
         let why = format!(

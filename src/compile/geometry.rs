@@ -104,7 +104,8 @@ impl LocalObject {
                 Some(definition) if all_still && (only_one || emits) => {
                     let entity = &shape.entity;
                     if !only_one
-                        && let Some(lack) = lack_of_memory(bytes_of_copies(&shape, placements), assets)
+                        && let Some(lack) =
+                            lack_of_memory(bytes_of_copies(&shape, placements), assets)
                     {
                         let message = format!("a light in {} instances {lack}", placements.len());
                         diagnostics.push(

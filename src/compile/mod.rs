@@ -299,11 +299,9 @@ fn fit_in_memory(
     let Some(lack) = lack_of_memory(n_items as u128 * BYTES_PER_ITEM, assets) else {
         return Some(());
     };
-    let message =
-        format!("a hierarchy of {n_items} triangles, other shapes and instances {lack}");
-    diagnostics.push(
-        Diagnostic::fatal("too-large", frame, message).with_label("nothing is rendered"),
-    );
+    let message = format!("a hierarchy of {n_items} triangles, other shapes and instances {lack}");
+    diagnostics
+        .push(Diagnostic::fatal("too-large", frame, message).with_label("nothing is rendered"));
     None
 }
 

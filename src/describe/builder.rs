@@ -5,11 +5,11 @@ use super::names::Suggester;
 use super::state::{Block, Draft};
 use super::transform;
 use glam::DMat4;
+use transforms::Change;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::directive::Directive;
 use tyndall_parser::schema;
 use tyndall_parser::source::{Span, Spanned};
-use transforms::Change;
 
 mod blocks;
 mod entities;

@@ -39,7 +39,10 @@ pub(super) struct Flaws {
 impl Flaws {
     /// Whether there is one.
     pub(super) fn is_any(&self) -> bool {
-        self.singular.iter().chain(&self.projective).any(Option::is_some)
+        self.singular
+            .iter()
+            .chain(&self.projective)
+            .any(Option::is_some)
     }
 }
 

@@ -66,7 +66,12 @@ impl Default for DecodeOptions {
 
 impl DecodeOptions {
     /// Refuses pictures of more samples than there may be memory for.
-    pub(super) fn fits(&self, width: usize, height: usize, channels: usize) -> Result<(), ImageError> {
+    pub(super) fn fits(
+        &self,
+        width: usize,
+        height: usize,
+        channels: usize,
+    ) -> Result<(), ImageError> {
         let n_bytes = width as u128 * height as u128 * channels as u128 * size_of::<f32>() as u128;
         if n_bytes <= u128::from(self.max_bytes) {
             return Ok(());

@@ -263,17 +263,22 @@ impl Picture {
     /// `A`, if the file has no other picture. Channels without a layer come before those of layers (`diffuse.R`).
     /// Several that serve equally well are refused. And a note, if others were left aside.
     fn find(headers: &[Header]) -> Result<(Self, Option<String>), ImageError> {
-        let flat = headers.iter().enumerate().filter(|(_, header)| !header.deep);
+        let flat = headers
+            .iter()
+            .enumerate()
+            .filter(|(_, header)| !header.deep);
         let mut found: Vec<Self> = flat
             .flat_map(|(part, header)| Self::in_part(part, header))
             .collect();
         let Some(best) = found.iter().map(Self::order).min() else {
             let all_deep = headers.iter().all(|header| header.deep);
-            return Err(ImageError::Unsupported(if all_deep && !headers.is_empty() {
-                "deep images are not read".into()
-            } else {
-                "the file has no channels R, G, B or Y, and more than one other".into()
-            }));
+            return Err(ImageError::Unsupported(
+                if all_deep && !headers.is_empty() {
+                    "deep images are not read".into()
+                } else {
+                    "the file has no channels R, G, B or Y, and more than one other".into()
+                },
+            ));
         };
         let names: Vec<String> = found.iter().map(|picture| picture.name(headers)).collect();
         let mut equal = (0..found.len()).filter(|&i| found[i].order() == best);

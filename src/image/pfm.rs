@@ -31,16 +31,14 @@ pub(super) fn decode(bytes: &[u8], options: &DecodeOptions) -> Result<Image, Ima
         }
     };
     let n_bytes = sample_count(width, height, channels).and_then(|count| count.checked_mul(4));
-    // A line feed behind the header may be the second half of its line end, or the first byte of the samples.
-    let is_split = |count: usize| ends_in_cr(bytes, rest) && rest.len().checked_sub(1) == Some(count);
+    let samples = behind_line_end(bytes, rest, n_bytes);
     let samples = match n_bytes {
-        Some(count) if rest.len() == count => rest,
-        Some(count) if is_split(count) && rest[0] == b'\n' => &rest[1..],
+        Some(count) if samples.len() == count => samples,
         _ => {
             let n_bytes = n_bytes.map_or("more".to_owned(), |count| count.to_string());
             return Err(invalid(format!(
                 "{width}x{height} pixels with {channels} channels take {n_bytes} bytes, but {} follow the header",
-                rest.len()
+                samples.len()
             )));
         }
     };
@@ -72,9 +70,16 @@ pub(super) fn encode(image: &Image) -> Vec<u8> {
     bytes
 }
 
-/// Whether the byte before `rest` is a carriage return.
-fn ends_in_cr(bytes: &[u8], rest: &[u8]) -> bool {
-    bytes[..bytes.len() - rest.len()].ends_with(b"\r")
+/// What follows the header, of which `rest` is all but its first white space. A line feed behind a carriage return is
+/// part of the line end where lines before it end so, and where the length of the file says so; otherwise it is the
+/// first byte of the samples.
+fn behind_line_end<'a>(bytes: &[u8], rest: &'a [u8], n_bytes: Option<usize>) -> &'a [u8] {
+    let header = &bytes[..bytes.len() - rest.len()];
+    let (Some(before), Some(after)) = (header.strip_suffix(b"\r"), rest.strip_prefix(b"\n")) else {
+        return rest;
+    };
+    let is_split = before.windows(2).any(|pair| pair == b"\r\n") || n_bytes == Some(after.len());
+    if is_split { after } else { rest }
 }
 
 /// Takes a word and the one white-space byte after it.

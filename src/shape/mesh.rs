@@ -73,7 +73,10 @@ impl Mesh {
         self.normals.extend_from_slice(&other.normals);
         self.tangents.extend_from_slice(&other.tangents);
         self.uvs.extend_from_slice(&other.uvs);
-        let moved = other.triangles.iter().map(|corners| corners.map(|corner| first + corner));
+        let moved = other
+            .triangles
+            .iter()
+            .map(|corners| corners.map(|corner| first + corner));
         self.triangles.extend(moved);
     }
 

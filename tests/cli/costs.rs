@@ -14,8 +14,12 @@ fn cost(room: &Room, scene: &str) -> [f64; 2] {
     room.put("costly.pbrt", scene);
     let run = |_| {
         let report = room.report("check --quiet --nthreads 1 costly.pbrt");
-        let seconds = report["seconds"]["cpu"].as_f64().expect("this system tells");
-        let bytes = report["peak_memory_bytes"].as_f64().expect("this system tells");
+        let seconds = report["seconds"]["cpu"]
+            .as_f64()
+            .expect("this system tells");
+        let bytes = report["peak_memory_bytes"]
+            .as_f64()
+            .expect("this system tells");
         [seconds, bytes / f64::from(1 << 20)]
     };
     let runs: Vec<[f64; 2]> = (0..3).map(run).collect();
@@ -28,7 +32,9 @@ fn times(n: usize, line: impl Fn(usize) -> String) -> String {
 
 fn scene(world: &str) -> String {
     let film = "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8";
-    format!("{film}\nLookAt 0 0 9  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n{world}\nWorldEnd\n")
+    format!(
+        "{film}\nLookAt 0 0 9  0 0 0  0 1 0\nCamera \"perspective\"\nWorldBegin\n{world}\nWorldEnd\n"
+    )
 }
 
 /// A scene of lamps in instances.
@@ -38,9 +44,13 @@ fn lamps(n_lamps: usize, n_instances: usize) -> String {
             "Shape \"trianglemesh\" \"integer indices\" [0 1 2] \"point P\" [{i} 0 0  {i}.5 0 0  {i} .5 0]\n"
         )
     };
-    let instance = |j| format!("TransformBegin Translate 0 {j} 0 ObjectInstance \"o\" TransformEnd\n");
+    let instance =
+        |j| format!("TransformBegin Translate 0 {j} 0 ObjectInstance \"o\" TransformEnd\n");
     let light = "AreaLightSource \"diffuse\"";
-    let object = format!("ObjectBegin \"o\" {light}\n{}ObjectEnd\n", times(n_lamps, lamp));
+    let object = format!(
+        "ObjectBegin \"o\" {light}\n{}ObjectEnd\n",
+        times(n_lamps, lamp)
+    );
     scene(&(object + &times(n_instances, instance)))
 }
 
@@ -49,26 +59,42 @@ fn twice_the_input_costs_twice_as_much() {
     type Kind = (&'static str, usize, fn(usize) -> String);
     let kinds: [Kind; 8] = [
         ("unknown parameters", 20_000, |n| {
-            scene(&format!("Shape \"sphere\" {}", times(n, |i| format!("\"float p{i}\" 1 "))))
+            scene(&format!(
+                "Shape \"sphere\" {}",
+                times(n, |i| format!("\"float p{i}\" 1 "))
+            ))
         }),
         ("repeated parameters", 20_000, |n| {
-            scene(&format!("Shape \"sphere\" {}", times(n, |_| "\"float radius\" 1 ".into())))
+            scene(&format!(
+                "Shape \"sphere\" {}",
+                times(n, |_| "\"float radius\" 1 ".into())
+            ))
         }),
-        ("open blocks", 50_000, |n| scene(&times(n, |_| "AttributeBegin\n".into()))),
-        ("unmatched ends", 50_000, |n| scene(&times(n, |_| "AttributeEnd\n".into()))),
+        ("open blocks", 50_000, |n| {
+            scene(&times(n, |_| "AttributeBegin\n".into()))
+        }),
+        ("unmatched ends", 50_000, |n| {
+            scene(&times(n, |_| "AttributeEnd\n".into()))
+        }),
         ("unknown names", 20_000, |n| {
             scene(&times(n, |i| format!("NamedMaterial \"m{i}\"\n")))
         }),
         ("lamps in instances", 100, |n| lamps(100, 4 * n)),
         ("bright materials", 2_000, |n| {
             scene(&times(n, |i| {
-                let material = format!("Material \"plastic\" \"rgb Kd\" [1 {} 1]", i as f64 / n as f64);
+                let material = format!(
+                    "Material \"plastic\" \"rgb Kd\" [1 {} 1]",
+                    i as f64 / n as f64
+                );
                 format!("{material} Shape \"sphere\" \"float radius\" {}\n", 1 + i)
             }))
         }),
         ("materials", 10_000, |n| {
             scene(&times(n, |i| {
-                let material = format!("Material \"plastic\" \"rgb Kd\" [.1 {} .1]", i as f64 / n as f64);
+                let material = format!(
+                    "Material \"plastic\" \"rgb Kd\" [.1 {} .1]",
+                    i as f64 / n as f64
+                );
                 format!("{material} Shape \"sphere\" \"float radius\" {}\n", 1 + i)
             }))
         }),
@@ -95,14 +121,19 @@ fn twice_the_input_costs_twice_as_much() {
 #[test]
 fn many_bright_materials_are_told_of_in_few_lines() {
     let world = times(1000, |i| {
-        let material = format!("Material \"plastic\" \"rgb Kd\" [1 {} 1]", f64::from(i as u32) / 1e3);
+        let material = format!(
+            "Material \"plastic\" \"rgb Kd\" [1 {} 1]",
+            f64::from(i as u32) / 1e3
+        );
         format!("{material} Shape \"sphere\" \"float radius\" {}\n", 1 + i)
     });
     let room = Room::new();
     room.put("ball.pbrt", &scene(&world));
     let report = room.report("check ball.pbrt");
     let findings = report["findings"].as_array().expect("a list");
-    let of_kind = findings.iter().filter(|finding| finding["code"] == "bright-material");
+    let of_kind = findings
+        .iter()
+        .filter(|finding| finding["code"] == "bright-material");
     let of_kind: Vec<_> = of_kind.collect();
     assert!((50..=128).contains(&of_kind.len()), "{}", of_kind.len());
     let last = of_kind.last().expect("some").to_string();
@@ -112,7 +143,10 @@ fn many_bright_materials_are_told_of_in_few_lines() {
 #[test]
 fn many_findings_of_a_kind_are_counted_in_the_report() {
     let room = Room::new();
-    room.put("ball.pbrt", &scene(&times(10_000, |_| "AttributeEnd\n".into())));
+    room.put(
+        "ball.pbrt",
+        &scene(&times(10_000, |_| "AttributeEnd\n".into())),
+    );
     let report = room.report("check ball.pbrt");
     assert_eq!(report["counts"]["errors"], 10_000);
     let findings = report["findings"].as_array().expect("a list");
@@ -129,7 +163,9 @@ fn refusal(room: &Room, memory: &str, code: i64) -> (String, String) {
     let report = room.report(&format!("check --max-memory {memory} ball.pbrt"));
     assert_eq!(report["exit_code"], code, "{report}");
     let findings = report["findings"].as_array().expect("a list");
-    let worst = findings.iter().find(|finding| finding["severity"] != "warning");
+    let worst = findings
+        .iter()
+        .find(|finding| finding["severity"] != "warning");
     let worst = worst.expect("a refusal");
     assert!(worst["line"].is_u64(), "{worst}");
     let text = |key: &str| worst[key].as_str().unwrap_or_default().to_owned();
@@ -157,17 +193,32 @@ fn what_exceeds_the_memory_is_refused_in_place() {
     let textured = format!("{texture} Material \"matte\" \"texture Kd\" \"t\" Shape \"sphere\"");
     room.put("ball.pbrt", &scene(&textured));
     let (code, message) = refusal(&room, "100M", 3);
-    assert!(code == "bad-image" && message.contains("MiB of memory"), "{message}");
+    assert!(
+        code == "bad-image" && message.contains("MiB of memory"),
+        "{message}"
+    );
     room.run("check --max-memory 4G ball.pbrt").ends_with(0);
 
-    let tetrahedron = "\"integer indices\" [0 1 2 0 3 1 1 3 2 2 3 0] \"point P\" [0 0 0  1 0 0  0 1 0  0 0 1]";
-    room.put("ball.pbrt", &scene(&format!("Shape \"loopsubdiv\" \"integer levels\" 9 {tetrahedron}")));
+    let tetrahedron =
+        "\"integer indices\" [0 1 2 0 3 1 1 3 2 2 3 0] \"point P\" [0 0 0  1 0 0  0 1 0  0 0 1]";
+    room.put(
+        "ball.pbrt",
+        &scene(&format!(
+            "Shape \"loopsubdiv\" \"integer levels\" 9 {tetrahedron}"
+        )),
+    );
     assert_eq!(refusal(&room, "100M", 3).0, "too-large");
 
     room.put("ball.pbrt", &lamps(1, 300_000));
     assert_eq!(refusal(&room, "60M", 3).0, "too-large");
 
-    room.put("ball.pbrt", &lamps(1, 1).replace("\"integer xresolution\" 8", "\"integer xresolution\" 4000000"));
+    room.put(
+        "ball.pbrt",
+        &lamps(1, 1).replace(
+            "\"integer xresolution\" 8",
+            "\"integer xresolution\" 4000000",
+        ),
+    );
     assert_eq!(refusal(&room, "200M", 1).0, "too-large");
 
     let ply = "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\nproperty float z\n\
@@ -181,7 +232,10 @@ fn what_exceeds_the_memory_is_refused_in_place() {
     // Padding, so that so much may come out.
     packed.extend(vec![0; 100_000]);
     std::fs::write(room.path("far.ply"), packed).expect("a file");
-    room.put("ball.pbrt", &scene("Shape \"plymesh\" \"string filename\" \"far.ply\""));
+    room.put(
+        "ball.pbrt",
+        &scene("Shape \"plymesh\" \"string filename\" \"far.ply\""),
+    );
     assert_eq!(refusal(&room, "60M", 3).0, "bad-ply");
 }
 
@@ -202,7 +256,9 @@ fn a_size_is_a_number_with_a_unit() {
     let room = Room::new();
     room.run("check --max-memory 2.5G ball.pbrt").ends_with(0);
     for size in ["0", "1X", "-1", "all"] {
-        let run = room.run(&format!("check --max-memory={size} ball.pbrt")).ends_with(2);
+        let run = room
+            .run(&format!("check --max-memory={size} ball.pbrt"))
+            .ends_with(2);
         run.says("a size is a number of bytes");
     }
 }

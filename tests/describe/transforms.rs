@@ -313,7 +313,10 @@ fn what_is_below_a_singular_transform_vanishes() {
         let frame = &description.frames[0];
         assert_eq!(frame.shapes.len(), 2, "{directive:?}");
         assert!(frame.lights.is_empty() && frame.instances.is_empty());
-        let left = frame.shapes.iter().map(|shape| shape.world_from_object.start);
+        let left = frame
+            .shapes
+            .iter()
+            .map(|shape| shape.world_from_object.start);
         assert!(left.into_iter().all(|matrix| matrix == DMat4::IDENTITY));
     }
 }
@@ -351,7 +354,10 @@ fn a_shape_that_shrinks_to_nothing_vanishes() {
 
 #[test]
 fn no_camera_stands_below_a_singular_transform() {
-    let mut directives = vec![scaled([1.0, 1.0, 0.0]), Directive::Camera(plugin("perspective", []))];
+    let mut directives = vec![
+        scaled([1.0, 1.0, 0.0]),
+        Directive::Camera(plugin("perspective", [])),
+    ];
     directives.extend(world([sphere()]));
     let (description, diagnostics) = run(directives);
     let finding = only(&diagnostics, "singular-transform");

@@ -140,10 +140,7 @@ impl Parser<'_> {
     fn report_replaced(&mut self, replaced: &[Param], list: &ParamList) {
         let kept: HashMap<_, _> = list.iter().map(|param| (param.key(), param)).collect();
         for param in replaced {
-            let message = format!(
-                "\"{}\" is given twice",
-                excerpt(param.name.as_bytes())
-            );
+            let message = format!("\"{}\" is given twice", excerpt(param.name.as_bytes()));
             let found = Diagnostic::warning("repeated-parameter", param.decl_span, message)
                 .with_label("this one has no effect");
             self.report(match kept.get(&param.key()) {

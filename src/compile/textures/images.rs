@@ -116,7 +116,10 @@ pub(in crate::compile) fn read_image(
         ..DecodeOptions::default()
     };
     let mut image = match codec::decode_with((*bytes).as_ref(), extension(&file.value), &options) {
-        Ok(Decoded { file: decoded, note }) => {
+        Ok(Decoded {
+            file: decoded,
+            note,
+        }) => {
             if let Some(note) = note {
                 let message = format!("\"{}\" holds more than a picture: {note}", file.value);
                 diagnostics.push(Diagnostic::warning("image-part", file.span, message));

@@ -34,8 +34,11 @@ impl Builder {
         let ends = std::iter::once(&ctm.start).chain(ctm.end.as_deref());
         // What had no inverse before has none again, whatever rounding says.
         let flawed = |ctm: &Ctm| ctm.flaws.as_deref().is_some_and(Flaws::is_any);
-        let is_plain = !flawed(&ctm) && ends.clone().all(transform::is_usable);
-        let fits = is_plain || self.find_flaws(&mut ctm, change, span);
+        let (Change::Replace(factor) | Change::Multiply(factor)) = change;
+        // Rounding may leave a singular matrix something like an inverse.
+        let is_singular = transform::is_singular(&factor);
+        let is_plain = !flawed(&ctm) && !is_singular && ends.clone().all(transform::is_usable);
+        let fits = is_plain || self.find_flaws(&mut ctm, change, is_singular, span);
         if fits {
             self.draft.ctm = ctm;
         } else {
@@ -52,7 +55,7 @@ impl Builder {
     }
 
     /// Notes which of the changed transforms have no inverse; false if one is out of range.
-    fn find_flaws(&mut self, ctm: &mut Ctm, change: Change, span: Span) -> bool {
+    fn find_flaws(&mut self, ctm: &mut Ctm, change: Change, is_singular: bool, span: Span) -> bool {
         let mut flaws = ctm.flaws.take().map_or_else(Flaws::default, |flaws| *flaws);
         let matrices = [ctm.start, ctm.pair().end];
         for end in self.active_ends() {
@@ -60,14 +63,10 @@ impl Builder {
             if let Change::Replace(_) = change {
                 (flaws.singular[end], flaws.projective[end]) = (None, None);
             }
-            if flaws.singular[end].is_none() && !transform::is_usable(matrix) {
-                let factor = match change {
-                    Change::Replace(matrix) | Change::Multiply(matrix) => matrix,
-                };
-                if !transform::is_singular(&factor) {
-                    return false;
-                }
-                flaws.singular[end] = Some(span);
+            if is_singular {
+                flaws.singular[end].get_or_insert(span);
+            } else if flaws.singular[end].is_none() && !transform::is_usable(matrix) {
+                return false;
             }
             if !transform::is_in_range(matrix) {
                 return false;
@@ -171,7 +170,8 @@ impl Builder {
             && self.draft.reported_transforms.insert(by)
         {
             let found = transform::projective(by, true);
-            self.diagnostics.push(found.with_note(span, format!("{what} is below it")));
+            self.diagnostics
+                .push(found.with_note(span, format!("{what} is below it")));
         }
         false
     }

@@ -149,7 +149,9 @@ impl Builder {
         };
         match n_corners {
             3 => self.corner_uvs.push([0, 1, 2].map(uv)),
-            4 => self.corner_uvs.extend([[0, 1, 2].map(uv), [3, 0, 2].map(uv)]),
+            4 => self
+                .corner_uvs
+                .extend([[0, 1, 2].map(uv), [3, 0, 2].map(uv)]),
             n => {
                 let fan = (1..n.saturating_sub(1)).map(|k| [0, k, k + 1].map(uv));
                 self.corner_uvs.extend(fan);
@@ -260,10 +262,7 @@ impl Builder {
 }
 
 /// Drops the triangles that use a vertex that is not finite.
-fn drop_non_finite(
-    mesh: &mut PlyMesh,
-    corner_uvs: &mut Vec<[[f32; 2]; 3]>,
-) -> Option<PlyWarning> {
+fn drop_non_finite(mesh: &mut PlyMesh, corner_uvs: &mut Vec<[[f32; 2]; 3]>) -> Option<PlyWarning> {
     let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
     let odd = Tally::of(&mesh.positions, |p| !is_finite(p));
     if odd.count == 0 {

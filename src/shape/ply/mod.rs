@@ -320,7 +320,10 @@ fn plain(bytes: &[u8], max_bytes: u64) -> Result<Cow<'_, [u8]>, PlyError> {
         .read_to_end(&mut plain)
         .map_err(|error| PlyError::invalid(Place::File, format!("broken gzip data: {error}")))?;
     if plain.len() as u64 > max_bytes {
-        let message = format!("gzip data expands to more than {} MiB of memory allow", max_bytes >> 20);
+        let message = format!(
+            "gzip data expands to more than {} MiB of memory allow",
+            max_bytes >> 20
+        );
         return Err(PlyError::unsupported(Place::File, message));
     }
     if plain.len() as u64 > limit {
