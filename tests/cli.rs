@@ -6,6 +6,8 @@ mod bench;
 mod commands;
 #[path = "cli/confined.rs"]
 mod confined;
+#[path = "cli/costs.rs"]
+mod costs;
 #[path = "cli/exhausted.rs"]
 mod exhausted;
 #[path = "cli/files.rs"]
@@ -16,6 +18,8 @@ mod following;
 mod options;
 #[path = "cli/outside.rs"]
 mod outside;
+#[path = "cli/readers.rs"]
+mod readers;
 #[path = "cli/rendering.rs"]
 mod rendering;
 #[path = "cli/report.rs"]

@@ -3,7 +3,7 @@
 use std::io::Cursor;
 use std::path::Path;
 
-use tyndall::image::codec::{self, Attribute, ImageFile, Precision};
+use tyndall::image::codec::{self, Attribute, DecodeOptions, ImageFile, Precision};
 use tyndall::image::metrics::Comparison;
 use tyndall::image::{Image, ImageError, PixelRect, srgb};
 use tyndall_test_support::Uniform;
@@ -182,6 +182,99 @@ fn exr_finds_the_picture_among_the_channels() {
     ));
 }
 
+/// Parts of 2x1 pixels, each with channels of value `10·part + channel`, and the decoded picture.
+fn exr_of_parts(parts: &[(&str, &[&str])]) -> Result<codec::Decoded, ImageError> {
+    use exr::prelude::{
+        AnyChannel, AnyChannels, Encoding, FlatSamples, Image, ImageAttributes, IntegerBounds,
+        Layer, LayerAttributes, SmallVec, WritableImage,
+    };
+    let part = |(part, (name, channels)): (usize, &(&str, &[&str]))| {
+        let channel = |(channel, name): (usize, &&str)| {
+            let value = (10 * part + channel) as f32;
+            AnyChannel::new(*name, FlatSamples::F32(vec![value; 2]))
+        };
+        let list: SmallVec<_> = channels.iter().enumerate().map(channel).collect();
+        let attributes = LayerAttributes::named(*name);
+        Layer::new(
+            (2, 1),
+            attributes,
+            Encoding::UNCOMPRESSED,
+            AnyChannels::sort(list),
+        )
+    };
+    let layers: SmallVec<_> = parts.iter().enumerate().map(part).collect();
+    let attributes = ImageAttributes::new(IntegerBounds::from_dimensions((2, 1)));
+    let mut bytes = Cursor::new(Vec::new());
+    let image = Image::from_layers(attributes, layers);
+    image
+        .write()
+        .non_parallel()
+        .to_buffered(&mut bytes)
+        .unwrap();
+    codec::decode_with(bytes.get_ref(), "exr", &DecodeOptions::default())
+}
+
+#[test]
+fn exr_takes_the_colours_among_parts_and_layers() {
+    let rgb = &["R", "G", "B"][..];
+    let depth = ("depth", &["Z"][..]);
+    let taken = |parts: &[(&str, &[&str])]| {
+        let decoded = exr_of_parts(parts).unwrap_or_else(|error| panic!("{parts:?}: {error}"));
+        (decoded.file.image.pixel(0, 0).to_vec(), decoded.note)
+    };
+    let note = |parts: &[(&str, &[&str])]| taken(parts).1.unwrap_or_default();
+    assert_eq!(taken(&[("beauty", rgb)]), (vec![0.0, 1.0, 2.0], None));
+    for before in [
+        &["Z"][..],
+        &["Y"],
+        &["id"],
+        &["N.X", "N.Y", "N.Z"],
+        &["Z", "A"],
+    ] {
+        let parts = [("other", before), ("beauty", rgb)];
+        assert_eq!(taken(&parts).0, [10.0, 11.0, 12.0], "{before:?}");
+    }
+    let said = note(&[depth, ("beauty", rgb)]);
+    assert_eq!(
+        said,
+        "R G B of part \"beauty\" is read, not Z of part \"depth\""
+    );
+    // Layers, in one part or in several.
+    let layer = &["light.R", "light.G", "light.B", "Z"][..];
+    assert_eq!(taken(&[("all", layer)]).0, [0.0, 1.0, 2.0]);
+    assert_eq!(note(&[("all", layer)]), "light.R light.G light.B is read");
+    assert_eq!(taken(&[depth, ("all", layer)]).0, [10.0, 11.0, 12.0]);
+    let both = &["R", "G", "B", "light.R", "light.G", "light.B"][..];
+    assert_eq!(taken(&[("all", both)]).0, [0.0, 1.0, 2.0]);
+    // Depth is a picture only where nothing else is.
+    assert_eq!(taken(&[depth]), (vec![0.0], None));
+    assert_eq!(taken(&[depth, ("grey", &["Y"])]).0, [10.0]);
+}
+
+#[test]
+fn exr_pictures_that_serve_equally_well_are_refused() {
+    let rgb = &["R", "G", "B"][..];
+    for (parts, listed) in [
+        (
+            &[("left", rgb), ("right", rgb)][..],
+            "R G B of part \"left\", R G B of part \"right\"",
+        ),
+        (
+            &[("all", &["a.R", "a.G", "a.B", "b.R", "b.G", "b.B"][..])],
+            "a.R a.G a.B, b.R b.G b.B",
+        ),
+        (
+            &[("z", &["Z"]), ("id", &["id"])],
+            "Z of part \"z\", id of part \"id\"",
+        ),
+    ] {
+        let Err(ImageError::Unsupported(why)) = exr_of_parts(parts) else {
+            panic!("{parts:?} is ambiguous");
+        };
+        assert!(why.contains(listed), "{why}");
+    }
+}
+
 // --- PFM ---------------------------------------------------------------------------------------------------------
 
 #[test]
@@ -228,6 +321,23 @@ fn pfm_headers_that_lie_are_errors() {
             matches!(codec::decode(&bytes, "pfm"), Err(ImageError::Invalid(_))),
             "{header:?}"
         );
+    }
+}
+
+#[test]
+fn pfm_headers_end_their_lines_in_any_way_and_fit() {
+    // The first byte of the samples is a line feed.
+    let sample = f32::from_le_bytes([b'\n', 0, 0x20, 0x41]);
+    for end in ["\n", "\r\n", "\r"] {
+        let mut bytes = ["Pf", "2 1", "-1", ""].join(end).into_bytes();
+        bytes.extend([sample, 2.0].into_iter().flat_map(f32::to_le_bytes));
+        let image = codec::decode(&bytes, "pfm").unwrap().image;
+        assert_eq!(image.data(), [sample, 2.0], "{end:?}");
+        let longer = [bytes.as_slice(), &[0; 2]].concat();
+        for bytes in [&bytes[..bytes.len() - 1], &longer] {
+            let error = codec::decode(bytes, "pfm").unwrap_err();
+            assert!(error.to_string().contains("take 8 bytes"), "{error}");
+        }
     }
 }
 
@@ -394,6 +504,93 @@ fn jpeg_and_hdr_are_read() {
         .zip(expected)
         .all(|(a, b)| (a - b).abs() <= 0.01 * b);
     assert!(close, "{:?}", decoded.data());
+}
+
+#[test]
+fn hdr_signatures_and_line_ends_are_of_any_kind() {
+    // The first pixel begins with a line feed.
+    let pixels = b"\x0a\x40\x20\x82\x00\x00\x00\x00";
+    let expected = codec::decode(
+        &[
+            b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 1 +X 2\n",
+            pixels.as_slice(),
+        ]
+        .concat(),
+        "hdr",
+    );
+    let expected = expected.unwrap().image;
+    for signature in [
+        "#?RADIANCE",
+        "#?RGBE",
+        "#?RGBE made by hand",
+        "#?AUTOPANO",
+        "# none",
+        "",
+    ] {
+        for end in ["\n", "\r\n", "\r"] {
+            for facts in [
+                &["FORMAT=32-bit_rle_rgbe", ""][..],
+                &[
+                    "# remark",
+                    "EXPOSURE=1",
+                    "FORMAT = 32-bit_rle_rgbe",
+                    "no fact",
+                    "",
+                ],
+                &["GAMMA=1"],
+            ] {
+                let mut lines: Vec<&str> = Vec::new();
+                lines.extend(Some(signature).filter(|signature| !signature.is_empty()));
+                lines.extend(facts);
+                lines.extend(["-Y 1 +X 2", ""]);
+                let bytes = [lines.join(end).as_bytes(), pixels].concat();
+                let image = codec::decode(&bytes, "hdr").map(|file| file.image);
+                assert_eq!(image, Ok(expected.clone()), "{lines:?} {end:?}");
+                let cut = codec::decode(&bytes[..bytes.len() - 1], "hdr");
+                assert!(cut.is_err(), "{lines:?} {end:?}");
+            }
+        }
+    }
+    for bytes in [b"".as_slice(), b"#?RGBE\n\n", b"\n\n\n", b"-Y 1 +X 2"] {
+        assert!(codec::decode(bytes, "hdr").is_err());
+    }
+}
+
+#[test]
+fn sixteen_bits_are_read_whole_on_request() {
+    let codes = [0x12ffu16, 0x3401, 0xffff];
+    let samples: Vec<u8> = codes.into_iter().flat_map(u16::to_ne_bytes).collect();
+    let mut png = Cursor::new(Vec::new());
+    let (colour, format) = (image::ExtendedColorType::Rgb16, image::ImageFormat::Png);
+    image::write_buffer_with_format(&mut png, &samples, 1, 1, colour, format).unwrap();
+    let options = DecodeOptions {
+        full_depth: true,
+        ..DecodeOptions::default()
+    };
+    let whole = codec::decode_with(png.get_ref(), "png", &options).unwrap();
+    let expected = codes.map(|code| f32::from(code) / 65535.0);
+    assert_eq!(whole.file.image.data(), expected);
+    let cut = codec::decode(png.get_ref(), "png").unwrap();
+    assert_eq!(cut.image.data()[0], f32::from(0x12_u8) / 255.0);
+}
+
+#[test]
+fn pictures_beyond_the_memory_left_are_refused() {
+    for (extension, bytes) in samples_of_all_formats() {
+        let decode = |max_bytes| {
+            let options = DecodeOptions {
+                max_bytes,
+                ..DecodeOptions::default()
+            };
+            codec::decode_with(&bytes, extension, &options)
+        };
+        assert!(decode(1 << 20).is_ok(), "{extension}");
+        let refused = decode(3);
+        assert!(
+            matches!(refused, Err(ImageError::TooLarge(_))),
+            "{extension}: {refused:?}"
+        );
+    }
 }
 
 // --- Front door --------------------------------------------------------------------------------------------------

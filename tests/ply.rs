@@ -4,7 +4,9 @@
 use std::io::Write;
 use std::time::{Duration, Instant};
 
-use tyndall::shape::ply::{Place, PlyError, PlyMesh, PlyWarning, Route, decode, decode_by};
+use tyndall::shape::ply::{
+    Place, PlyError, PlyMesh, PlyWarning, Route, decode, decode_by, decode_within,
+};
 
 #[derive(Clone, Copy, PartialEq, Debug)]
 enum Encoding {
@@ -284,6 +286,137 @@ fn face_indices_are_repeated_for_every_triangle_of_a_face() {
             [PlyWarning::ShortFaces { count: 1, first: 2 }]
         );
     }
+}
+
+const CORNER_UVS: &str = "list uchar float texcoord";
+
+/// The texture coordinates of each corner of each triangle.
+fn corner_uvs(mesh: &PlyMesh) -> Vec<[[f32; 2]; 3]> {
+    let uv = |corner: u32| mesh.uvs[corner as usize];
+    mesh.triangles
+        .iter()
+        .map(|corners| corners.map(uv))
+        .collect()
+}
+
+#[test]
+fn texture_coordinates_of_faces_are_used() {
+    // A seam: vertices 0 and 2 have other coordinates in the second face.
+    let items: [&[f64]; 2] = [
+        &[3., 0., 1., 2., 6., 0., 0., 1., 0., 1., 1.],
+        &[3., 0., 2., 3., 6., 5., 0., 6., 1., 0., 1.],
+    ];
+    let normals = Element::new(
+        "vertex",
+        &[
+            "float x", "float y", "float z", "float nx", "float ny", "float nz",
+        ],
+        &[
+            &[0., 0., 0., 0., 0., 1.],
+            &[1., 0., 0., 0., 0., 2.],
+            &[1., 1., 0., 0., 0., 3.],
+            &[0., 1., 0., 0., 0., 4.],
+        ],
+    );
+    let faces = Element::new("face", &[CORNERS, CORNER_UVS], &items);
+    // The list may come first, and so may the faces.
+    let turned = |item: &&[f64]| [&item[4..], &item[..4]].concat();
+    let turned: Vec<Vec<f64>> = items.iter().map(turned).collect();
+    let turned: Vec<&[f64]> = turned.iter().map(Vec::as_slice).collect();
+    let turned = Element::new("face", &["list uchar float texcoords", CORNERS], &turned);
+    let first = mesh(&[square(), faces.clone()]);
+    let expected = [
+        [[0., 0.], [1., 0.], [1., 1.]],
+        [[5., 0.], [6., 1.], [0., 1.]],
+    ];
+    assert_eq!(corner_uvs(&first), expected);
+    assert_eq!((first.positions.len(), first.warnings.len()), (6, 0));
+    for elements in [[square(), turned], [faces.clone(), square()]] {
+        assert_eq!(mesh(&elements), first);
+    }
+    let smooth = mesh(&[normals, faces]);
+    assert_eq!(corner_uvs(&smooth), expected);
+    assert_eq!(smooth.normals[4..], [[0., 0., 1.], [0., 0., 3.]]);
+}
+
+#[test]
+fn texture_coordinates_of_quads_follow_triangles() {
+    let quad: &[f64] = &[4., 0., 1., 2., 3., 8., 0., 0., 1., 0., 1., 1., 0., 1.];
+    let faces = Element::new("face", &[CORNERS, CORNER_UVS], &[quad]);
+    let found = mesh(&[square(), faces]);
+    let expected = [
+        [[0., 0.], [1., 0.], [1., 1.]],
+        [[0., 1.], [0., 0.], [1., 1.]],
+    ];
+    assert_eq!(corner_uvs(&found), expected);
+    assert_eq!(found.positions.len(), 4);
+    let corners = [0., 1., 1.5, 1., 0., 0., 1., 1.];
+    let positions: Vec<Vec<f64>> = (0..5)
+        .map(|i| vec![corners[i], corners[i + 3], 0.])
+        .collect();
+    let positions: Vec<&[f64]> = positions.iter().map(Vec::as_slice).collect();
+    let vertices = Element::new("vertex", &XYZ, &positions);
+    let mut pentagon = vec![5., 0., 1., 2., 3., 4., 10.];
+    pentagon.extend((0..10).map(f64::from));
+    let faces = Element::new("face", &[CORNERS, CORNER_UVS], &[&pentagon]);
+    let fan = corner_uvs(&mesh(&[vertices, faces]));
+    assert_eq!(fan[2], [[0., 1.], [6., 7.], [8., 9.]]);
+}
+
+#[test]
+fn unusable_texture_coordinates_of_faces_warn_once() {
+    let items: [&[f64]; 2] = [&[3., 0., 1., 2., 4., 1., 1., 1., 1.], &[3., 0., 2., 3., 0.]];
+    let found = mesh(&[
+        square(),
+        Element::new("face", &[CORNERS, CORNER_UVS], &items),
+    ]);
+    let misfit = PlyWarning::MisfitCornerUvs { count: 2, first: 0 };
+    assert_eq!(found.warnings, [misfit]);
+    assert_eq!(found.triangles.len(), 2);
+    // Coordinates of vertices win, as in pbrt-v3.
+    let mut columns = XYZ.to_vec();
+    columns.extend(["float u", "float v"]);
+    let vertices: [&[f64]; 3] = [
+        &[0., 0., 0., 7., 7.],
+        &[1., 0., 0., 8., 8.],
+        &[1., 1., 0., 9., 9.],
+    ];
+    let face: &[f64] = &[3., 0., 1., 2., 6., 0., 0., 1., 0., 1., 1.];
+    let found = mesh(&[
+        Element::new("vertex", &columns, &vertices),
+        Element::new("face", &[CORNERS, CORNER_UVS], &[face]),
+    ]);
+    assert_eq!(found.uvs, [[7., 7.], [8., 8.], [9., 9.]]);
+    assert_eq!(found.warnings, [PlyWarning::IdleCornerUvs]);
+}
+
+#[test]
+fn bytes_behind_the_last_element_are_reported() {
+    for encoding in ENCODINGS {
+        let bytes = encode(encoding, &[square(), faces(&[&[3., 0., 1., 2.]])]);
+        for (rest, count) in [
+            (b"".as_slice(), 0),
+            (b"\n\n", 0),
+            (b"\0", 0),
+            (b"3 0 2 3\n", 7),
+        ] {
+            let bytes = [bytes.as_slice(), rest].concat();
+            let found = decode(&bytes).unwrap();
+            let expected: Vec<PlyWarning> = (count > 0)
+                .then_some(PlyWarning::Surplus { count })
+                .into_iter()
+                .collect();
+            assert_eq!(found.warnings, expected, "{encoding:?} {rest:?}");
+        }
+    }
+}
+
+#[test]
+fn meshes_beyond_the_memory_left_are_refused() {
+    let bytes = encode(Encoding::Little, &[square(), faces(&[&[3., 0., 1., 2.]])]);
+    assert!(decode_within(&bytes, 1 << 20).is_ok());
+    let error = decode_within(&bytes, 100).unwrap_err();
+    assert!(matches!(error, PlyError::Unsupported { .. }), "{error}");
 }
 
 #[test]

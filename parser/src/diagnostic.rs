@@ -62,11 +62,31 @@ pub struct Counts {
     pub fatal: usize,
 }
 
-/// The findings of a run, in the order they were made.
+/// Findings of one kind, which is a code and a severity, that are kept. What is found more often is counted: a scene may
+/// have a million faults, and nobody reads the same sentence a million times.
+pub const MAX_PER_KIND: usize = 200;
+
+/// The findings of a run, in the order they were made; of each kind the first [`MAX_PER_KIND`].
 #[derive(Clone, PartialEq, Debug, Default)]
 pub struct Diagnostics {
-    /// All findings.
+    /// The findings that are kept.
     pub list: Vec<Diagnostic>,
+    /// How often each kind was found, in order of first occurrence. There are few.
+    kinds: Vec<Kind>,
+}
+
+/// One kind of finding.
+#[derive(Clone, PartialEq, Debug)]
+struct Kind {
+    code: &'static str,
+    severity: Severity,
+    n_found: usize,
+}
+
+impl Kind {
+    fn n_left_out(&self) -> usize {
+        self.n_found.saturating_sub(MAX_PER_KIND)
+    }
 }
 
 impl Diagnostic {
@@ -319,17 +339,76 @@ impl Diagnostics {
         Self::default()
     }
 
-    /// Records a finding.
+    /// Records a finding, or counts it where enough of its kind are kept.
     pub fn push(&mut self, diagnostic: Diagnostic) {
-        self.list.push(diagnostic);
+        let (code, severity) = (diagnostic.code, diagnostic.severity);
+        if self.count(code, severity, 1) < MAX_PER_KIND {
+            self.list.push(diagnostic);
+        }
     }
 
-    /// All findings in the order they were made.
+    /// Records the findings of a part of the work, those it has only counted included.
+    pub fn append(&mut self, more: Self) {
+        let Self { list, kinds } = more;
+        for diagnostic in list {
+            self.push(diagnostic);
+        }
+        for kind in kinds {
+            let n_left_out = kind.n_left_out();
+            if n_left_out > 0 {
+                self.count(kind.code, kind.severity, n_left_out);
+            }
+        }
+    }
+
+    /// Counts findings of a kind, and says how many there were before.
+    fn count(&mut self, code: &'static str, severity: Severity, n: usize) -> usize {
+        let known = |kind: &&mut Kind| kind.code == code && kind.severity == severity;
+        match self.kinds.iter_mut().find(known) {
+            Some(kind) => {
+                kind.n_found += n;
+                kind.n_found - n
+            }
+            None => {
+                self.kinds.push(Kind {
+                    code,
+                    severity,
+                    n_found: n,
+                });
+                0
+            }
+        }
+    }
+
+    /// For each kind of which more was found than is kept, a finding that says how many more.
+    pub fn left_out(&self) -> impl Iterator<Item = Diagnostic> {
+        let kinds = self.kinds.iter().filter(|kind| kind.n_left_out() > 0);
+        kinds.map(|kind| {
+            let message = format!(
+                "{} more of the kind `{}` are not listed",
+                kind.n_left_out(),
+                kind.code
+            );
+            Diagnostic::new(kind.severity, kind.code, None, message)
+        })
+    }
+
+    /// Makes every finding at least so bad.
+    pub fn raise(&mut self, least: Severity) {
+        for diagnostic in &mut self.list {
+            diagnostic.severity = diagnostic.severity.max(least);
+        }
+        for kind in &mut self.kinds {
+            kind.severity = kind.severity.max(least);
+        }
+    }
+
+    /// The findings that are kept, in the order they were made.
     pub fn iter(&self) -> std::slice::Iter<'_, Diagnostic> {
         self.list.iter()
     }
 
-    /// Number of findings.
+    /// Number of findings that are kept.
     pub fn len(&self) -> usize {
         self.list.len()
     }
@@ -354,15 +433,15 @@ impl Diagnostics {
         self.list.iter().map(|diagnostic| diagnostic.severity).max()
     }
 
-    /// How many findings there are of each severity.
+    /// How many findings there are of each severity, those that are only counted included.
     pub fn counts(&self) -> Counts {
         let mut counts = Counts::default();
-        for diagnostic in &self.list {
-            match diagnostic.severity {
-                Severity::Warning => counts.warnings += 1,
-                Severity::Error => counts.errors += 1,
-                Severity::Fatal => counts.fatal += 1,
-            }
+        for kind in &self.kinds {
+            *match kind.severity {
+                Severity::Warning => &mut counts.warnings,
+                Severity::Error => &mut counts.errors,
+                Severity::Fatal => &mut counts.fatal,
+            } += kind.n_found;
         }
         counts
     }
@@ -385,7 +464,8 @@ impl Diagnostics {
 
 impl Extend<Diagnostic> for Diagnostics {
     fn extend<T: IntoIterator<Item = Diagnostic>>(&mut self, more: T) {
-        self.list.extend(more);
+        more.into_iter()
+            .for_each(|diagnostic| self.push(diagnostic));
     }
 }
 
@@ -409,7 +489,7 @@ impl<'a> IntoIterator for &'a Diagnostics {
 
 #[cfg(test)]
 mod tests {
-    use super::{Counts, Diagnostic, Diagnostics, Severity, Style};
+    use super::{Counts, Diagnostic, Diagnostics, MAX_PER_KIND, Severity, Style};
     use crate::source::{Sources, Span};
 
     fn plain(text: &[u8], lo: u32, hi: u32) -> String {
@@ -528,5 +608,30 @@ mod tests {
             }
         );
         assert!(found.has_errors() && !found.has_fatal());
+    }
+
+    #[test]
+    fn many_findings_of_a_kind_are_counted() {
+        let mut part = Diagnostics::new();
+        for severity in [Severity::Warning, Severity::Error] {
+            for i in 0..MAX_PER_KIND + 50 {
+                part.push(Diagnostic::new(severity, "c", None, i.to_string()));
+            }
+        }
+        let mut whole = part.clone();
+        whole.append(part);
+        assert_eq!(whole.len(), 2 * MAX_PER_KIND);
+        let n = 2 * (MAX_PER_KIND + 50);
+        let counts = Counts {
+            warnings: n,
+            errors: n,
+            fatal: 0,
+        };
+        assert_eq!(whole.counts(), counts);
+        let more: Vec<_> = whole.left_out().map(|found| found.message).collect();
+        let line = format!("{} more of the kind `c` are not listed", n - MAX_PER_KIND);
+        assert_eq!(more, [line.clone(), line]);
+        whole.raise(Severity::Fatal);
+        assert_eq!(whole.counts().fatal, 2 * n);
     }
 }

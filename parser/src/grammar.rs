@@ -5,6 +5,7 @@
 //! grammar is not, because its input is a stack of files whose tokens run on across file ends.
 
 use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::dialect::Dialect;
 use crate::directive::{ActiveTransform, Directive, Plugin, SceneFile};
 use crate::include::{Kind, Lexeme, Loader, TokenStream};
 use crate::lexer;
@@ -150,6 +151,8 @@ pub fn parse_each(
     let mut parser = Parser {
         tokens: TokenStream::new(sources, loader),
         take,
+        dialect: Dialect::default(),
+        is_behind_world: false,
     };
     for &root in roots {
         parser.tokens.open(root);
@@ -158,7 +161,11 @@ pub fn parse_each(
             break;
         }
     }
-    parser.tokens.report.finish()
+    // What follows from it is easier to understand behind it.
+    let mut found = Diagnostics::new();
+    found.extend(parser.dialect.finding());
+    found.append(parser.tokens.report.finish());
+    found
 }
 
 /// The fault is reported; what follows is no longer understood up to the next keyword.
@@ -171,6 +178,9 @@ type Parsed<T> = Result<T, Resync>;
 struct Parser<'a> {
     tokens: TokenStream<'a>,
     take: &'a mut dyn FnMut(Spanned<Directive>),
+    dialect: Dialect,
+    /// Whether the last directive was `WorldEnd`.
+    is_behind_world: bool,
 }
 
 impl Parser<'_> {
@@ -186,14 +196,22 @@ impl Parser<'_> {
                     rule(self)
                 }
                 None if self.tokens.leave_if_no_scene(lexeme.span.file) => continue,
-                None => {
-                    self.report_stray(lexeme);
-                    Err(Resync)
-                }
+                None => match self.end_of_file(lexeme) {
+                    Some(keyword) => {
+                        self.tokens.start_extent(keyword);
+                        Ok((!keyword.is_empty()).then_some(Directive::WorldEnd))
+                    }
+                    None => {
+                        self.report_stray(lexeme);
+                        Err(Resync)
+                    }
+                },
             };
             self.tokens.count(lexeme.span.file, parsed.is_ok());
             match parsed {
                 Ok(Some(directive)) => {
+                    self.dialect.see_directive(&directive);
+                    self.is_behind_world = matches!(directive, Directive::WorldEnd);
                     let extent = self.tokens.extent();
                     (self.take)(Spanned::new(directive, extent));
                 }
@@ -201,6 +219,37 @@ impl Parser<'_> {
                 Err(Resync) => self.resync(),
             }
         }
+    }
+
+    /// Takes what old editors and file systems leave behind the last `WorldEnd`, NUL and Ctrl-Z, for the end of the
+    /// file. Returns where that `WorldEnd` stands if it is part of the same word, and an empty place if it is not.
+    fn end_of_file(&mut self, lexeme: Lexeme) -> Option<Span> {
+        const MARKS: [u8; 2] = [0, 0x1a];
+        let text = self.tokens.text(lexeme);
+        let end = text.iter().position(|byte| MARKS.contains(byte))?;
+        let is_end = match &text[..end] {
+            b"" => self.is_behind_world,
+            word => lexeme.kind == Kind::Word && word == b"WorldEnd",
+        };
+        let (keyword, marks) = {
+            let at = lexeme.span.lo + end as u32;
+            let keyword = Span {
+                hi: at,
+                ..lexeme.span
+            };
+            (keyword, keyword.end().to(lexeme.span))
+        };
+        let is_idle = |byte: &u8| MARKS.contains(byte) || numbers::is_space(*byte);
+        if !is_end || !self.tokens.rest_of_file(marks.lo).iter().all(is_idle) {
+            return None;
+        }
+        self.tokens.end_file();
+        let message = "NUL or Ctrl-Z behind the last WorldEnd";
+        self.report(
+            Diagnostic::warning("end-of-file-mark", marks, message)
+                .with_label("taken for the end of the file"),
+        );
+        Some(keyword)
     }
 
     /// Puts the tokens of another file before the next one.
@@ -376,6 +425,7 @@ impl Parser<'_> {
         let fault = match lexeme.kind {
             Kind::Unterminated => return,
             Kind::Word if numbers::literal(self.tokens.text(lexeme)).is_none() => {
+                let is_of_other = self.dialect.see_word(self.tokens.text(lexeme), lexeme.span);
                 let fault = Diagnostic::fatal(
                     "unknown-directive",
                     lexeme.span,
@@ -384,6 +434,8 @@ impl Parser<'_> {
                 let before_hash = shown.split('#').next().unwrap_or_default();
                 if keywords().any(|keyword| keyword == before_hash) {
                     fault.with_help("a `#` inside a word starts no comment: put a space before it")
+                } else if is_of_other {
+                    fault
                 } else if let Some(keyword) = nearest(&shown, keywords()) {
                     fault.with_help(format!("did you mean `{keyword}`?"))
                 } else {

@@ -134,6 +134,23 @@ pub(crate) struct TokenStream<'a> {
     end_before: u32,
 }
 
+/// How a path that was not found would be written here, if it has backslashes: they are part of names, and separate
+/// nothing.
+pub fn path_help(path: &str) -> Option<String> {
+    if !path.contains('\\') || cfg!(windows) {
+        return None;
+    }
+    let mut names = path.split(['\\', '/']);
+    // Doubled backslashes separate once; a leading separator stays.
+    let first = names.next().unwrap_or_default();
+    let rest = names.filter(|name| !name.is_empty());
+    let path: Vec<&str> = std::iter::once(first).chain(rest).collect();
+    Some(format!(
+        "directories are separated by / here: write \"{}\"",
+        excerpt(path.join("/").as_bytes())
+    ))
+}
+
 impl<'a> TokenStream<'a> {
     /// A stream without files.
     pub(crate) fn new(sources: &'a mut Sources, loader: &'a dyn Loader) -> Self {
@@ -240,6 +257,18 @@ impl<'a> TokenStream<'a> {
             .rev()
             .find(|byte| !matches!(byte, b' ' | b'\t'))
             .is_none_or(|byte| matches!(byte, b'\n' | b'\r'))
+    }
+
+    /// What the file in which the last token stands holds from an offset on.
+    pub(crate) fn rest_of_file(&self, from: u32) -> &[u8] {
+        let text = self.sources.get(self.last.file).map(|file| file.text());
+        text.and_then(|text| text.get(from as usize..))
+            .unwrap_or_default()
+    }
+
+    /// Leaves the rest of the current file unread.
+    pub(crate) fn end_file(&mut self) {
+        self.frames.pop();
     }
 
     /// The place behind the last token read.
@@ -403,7 +432,9 @@ impl<'a> TokenStream<'a> {
             Ok(loaded) => loaded,
             Err(error) => {
                 let message = format!("cannot read \"{}\": {error}", excerpt(path.as_bytes()));
-                let help = "relative paths start at the directory of the top-level scene file";
+                let help = path_help(path).unwrap_or_else(|| {
+                    "relative paths start at the directory of the top-level scene file".to_owned()
+                });
                 self.report
                     .push(Diagnostic::error("missing-include", directive, message).with_help(help));
                 return;

@@ -27,6 +27,7 @@
 //! ```
 
 pub mod diagnostic;
+mod dialect;
 pub mod directive;
 mod grammar;
 pub mod include;

@@ -270,17 +270,22 @@ impl ParamValue {
 
 impl ParamList {
     /// Keeps, of parameters as written, the last one of each (name, class); the others' order stays.
-    pub fn from_written(mut params: Vec<Param>) -> Self {
+    pub fn from_written(params: Vec<Param>) -> Self {
+        Self::resolved(params).0
+    }
+
+    /// The same, and the parameters that gave way.
+    pub fn resolved(mut params: Vec<Param>) -> (Self, Vec<Param>) {
         // Nearly every list is short; a hostile one must not cost the square of its length.
         const SHORT: usize = 16;
-        if params.len() <= SHORT {
+        let replaced = if params.len() <= SHORT {
             let is_last = |i: usize| {
                 !params[i + 1..]
                     .iter()
                     .any(|later| later.key() == params[i].key())
             };
             let keep: Vec<bool> = (0..params.len()).map(is_last).collect();
-            retain_marked(&mut params, &keep);
+            take_unmarked(&mut params, &keep)
         } else {
             let mut seen = HashSet::with_capacity(params.len());
             let mut keep: Vec<bool> = params
@@ -290,9 +295,9 @@ impl ParamList {
                 .collect();
             keep.reverse();
             drop(seen);
-            retain_marked(&mut params, &keep);
-        }
-        Self { params }
+            take_unmarked(&mut params, &keep)
+        };
+        (Self { params }, replaced)
     }
 
     /// The parameter of this name and class. (A parameter of another class under the same name is another parameter.)
@@ -334,14 +339,20 @@ impl<'a> IntoIterator for &'a ParamList {
 }
 
 impl Param {
-    fn key(&self) -> (&str, ParamClass) {
+    /// What tells it from the other parameters of its list.
+    pub(crate) fn key(&self) -> (&str, ParamClass) {
         (&self.name, self.value.class())
     }
 }
 
-fn retain_marked(params: &mut Vec<Param>, keep: &[bool]) {
+/// Removes those that are not marked.
+fn take_unmarked(params: &mut Vec<Param>, keep: &[bool]) -> Vec<Param> {
+    if !keep.contains(&false) {
+        return Vec::new();
+    }
     let mut marks = keep.iter();
-    params.retain(|_| marks.next().copied().unwrap_or(true));
+    let is_dropped = |_: &mut Param| !marks.next().copied().unwrap_or(true);
+    params.extract_if(.., is_dropped).collect()
 }
 
 #[cfg(test)]

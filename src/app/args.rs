@@ -206,6 +206,11 @@ pub(super) struct SceneArgs {
     #[arg(long, value_name = "FILE", allow_hyphen_values = true)]
     pub(super) json: Option<PathBuf>,
 
+    /// Take no more memory than SIZE, as in 500M or 4G: what would is refused. By default, what the machine and the
+    /// limits on this process allow
+    #[arg(long, value_name = "SIZE", value_parser = super::resources::size)]
+    pub(super) max_memory: Option<u64>,
+
     /// Show errors only: no warnings, no progress, no summary unless there are errors
     #[arg(long, conflicts_with = "verbose")]
     pub(super) quiet: bool,

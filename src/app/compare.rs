@@ -15,8 +15,8 @@ use super::interrupt::Interrupt;
 use super::outcome::Outcome;
 use super::output::Place;
 use super::plan::{Destination, Verbosity};
-use super::{ReportSink, to_json};
-use crate::image::codec::{self, ImageFile, Precision};
+use super::{ReportSink, resources, to_json};
+use crate::image::codec::{self, DecodeOptions, Decoded, ImageFile, Precision};
 use crate::image::metrics::{self, Comparison};
 use crate::image::{Image, PixelRect, srgb};
 
@@ -153,7 +153,7 @@ pub(super) fn run(args: CompareArgs, interrupt: &Interrupt) -> Verdict {
             return Verdict::Incomparable;
         }
     };
-    let mut report = Report::new(compare(&args, &bounds));
+    let mut report = Report::new(compare(&args, &bounds, &console));
     // What comes out is told as a whole.
     interrupt.conclude();
     if let Some(why) = &report.error {
@@ -202,11 +202,11 @@ fn lost_file(args: &CompareArgs, json: Option<&Destination>) -> Option<&'static 
 }
 
 /// Reads both pictures, measures, and writes the map.
-fn compare(args: &CompareArgs, bounds: &Bounds) -> Result<Finding, String> {
+fn compare(args: &CompareArgs, bounds: &Bounds, console: &Console) -> Result<Finding, String> {
     let map = args.map.as_deref();
     let map_place = map.map(|map| Place::within(map, bounds)).transpose()?;
-    let mut test = read(&args.test, bounds)?;
-    let reference = read(&args.reference, bounds)?;
+    let mut test = read(&args.test, bounds, console)?;
+    let reference = read(&args.reference, bounds, console)?;
     if args.same_window {
         place_like(&mut test, &reference)?;
     }
@@ -258,11 +258,19 @@ fn compare(args: &CompareArgs, bounds: &Bounds) -> Result<Finding, String> {
 }
 
 /// Reads a picture and makes it linear.
-fn read(path: &Path, bounds: &Bounds) -> Result<ImageFile, String> {
+fn read(path: &Path, bounds: &Bounds, console: &Console) -> Result<ImageFile, String> {
     let refusal = |why: String| format!("cannot read \"{}\": {why}", path.display());
     let extension = extension(path);
     let bytes = files::read(path, bounds).map_err(refusal)?;
-    let mut file = codec::decode(&bytes, &extension).map_err(|error| refusal(error.to_string()))?;
+    let options = DecodeOptions {
+        full_depth: true,
+        max_bytes: resources::memory_left(None).unwrap_or(u64::MAX),
+    };
+    let Decoded { mut file, note } = codec::decode_with(&bytes, &extension, &options)
+        .map_err(|error| refusal(error.to_string()))?;
+    if let Some(note) = note {
+        console.note(&format!("\"{}\": {note}", path.display()));
+    }
     if codec::is_eight_bit(&extension) {
         srgb::linearize(&mut file.image);
     }
@@ -520,7 +528,7 @@ impl Side {
 
     fn description(&self) -> String {
         let linear = if self.made_linear {
-            ", 8-bit sRGB made linear"
+            ", sRGB made linear"
         } else {
             ""
         };

@@ -9,7 +9,7 @@ use tyndall_parser::source::Sources;
 use super::files::reason;
 use super::plan::Verbosity;
 
-/// Findings of one code that are shown; the report has all of them.
+/// Findings of one code that are shown; the report has more of them.
 const MAX_SHOWN_PER_CODE: usize = 50;
 
 /// Standard error.
@@ -68,14 +68,14 @@ impl Console {
     pub(super) fn show(&mut self, found: &Diagnostics, sources: &Sources) {
         let mut shown = Diagnostics::new();
         let mut more = Vec::new();
-        for diagnostic in found {
+        for diagnostic in found.iter().cloned().chain(found.left_out()) {
             if diagnostic.severity == Severity::Warning && self.verbosity == Verbosity::Quiet {
                 continue;
             }
             let n_seen = self.n_seen.entry(diagnostic.code).or_default();
             *n_seen += 1;
             if *n_seen <= MAX_SHOWN_PER_CODE {
-                shown.push(diagnostic.clone());
+                shown.push(diagnostic);
             } else if *n_seen == MAX_SHOWN_PER_CODE + 1 {
                 more.push(diagnostic.code);
             }
@@ -84,7 +84,7 @@ impl Console {
         let _ = io::stderr().lock().write_all(text.as_bytes());
         for code in more {
             self.say(&format!(
-                "more of the kind `{code}` are not shown; --json lists them all"
+                "more of the kind `{code}` are not shown; the report of --json has more"
             ));
         }
     }

@@ -178,15 +178,18 @@ pub(super) struct Files {
     directories: HashMap<String, PathBuf>,
     bounds: Bounds,
     inputs: Inputs,
+    /// Bytes of memory that may be taken in all.
+    max_memory: Option<u64>,
 }
 
 impl Files {
-    /// Reads within `bounds`, and remembers what.
-    pub(super) fn within(bounds: Bounds, inputs: Inputs) -> Self {
+    /// Reads within `bounds`, where so much memory may be taken, and remembers what.
+    pub(super) fn within(bounds: Bounds, inputs: Inputs, max_memory: Option<u64>) -> Self {
         Self {
             directories: HashMap::new(),
             bounds,
             inputs,
+            max_memory,
         }
     }
 
@@ -307,11 +310,15 @@ impl Assets for FileAssets<'_> {
             .and_then(|mut buffers| buffers.pop());
         let path = self.files.resolve(&path.value, top_level);
         let buffer = buffer.unwrap_or_default();
-        let room = room_for(&buffer);
+        let room = room_for(&buffer, self.files.max_memory);
         Ok(Arc::new(Lent {
             bytes: self.files.read(&path, buffer, room, TOO_LITTLE_MEMORY)?,
             buffers: self.buffers.clone(),
         }))
+    }
+
+    fn memory_left(&self) -> u64 {
+        resources::memory_left(self.files.max_memory).unwrap_or(u64::MAX)
     }
 }
 
@@ -384,14 +391,14 @@ const TOO_LITTLE_MEMORY: &str = "there is not so much memory";
 /// that any length can be claimed.
 pub(super) fn read(path: &Path, bounds: &Bounds) -> Result<Vec<u8>, String> {
     let (buffer, place) = (Vec::new(), bounds.admit(path)?);
-    let room = room_for(&buffer);
+    let room = room_for(&buffer, None);
     let (bytes, _) = read_up_to(buffer, &place, room, TOO_LITTLE_MEMORY)?;
     Ok(bytes)
 }
 
 /// Bytes that can be read with the help of memory that is there already.
-fn room_for(buffer: &Vec<u8>) -> u64 {
-    let room = resources::memory_left().unwrap_or(u64::MAX);
+fn room_for(buffer: &Vec<u8>, max_memory: Option<u64>) -> u64 {
+    let room = resources::memory_left(max_memory).unwrap_or(u64::MAX);
     room.saturating_add(buffer.capacity() as u64)
 }
 

@@ -95,6 +95,8 @@ pub(super) struct Plan {
     pub(super) compile: CompileOptions,
     pub(super) precision: Precision,
     pub(super) strict: bool,
+    /// Bytes of memory that may be taken.
+    pub(super) max_memory: Option<u64>,
     pub(super) json: Option<Destination>,
     /// Where files may be read and written.
     pub(super) bounds: Bounds,
@@ -153,6 +155,7 @@ impl Plan {
                 Precision::Float
             },
             strict: args.strict,
+            max_memory: args.max_memory,
             json,
             bounds,
             verbosity: match (args.quiet, args.verbose) {

@@ -82,7 +82,7 @@ impl<'a> Session<'a> {
             plan,
             console,
             interrupt,
-            files: Files::within(plan.bounds.clone(), ending.inputs.clone()),
+            files: Files::within(plan.bounds.clone(), ending.inputs.clone(), plan.max_memory),
             sources: Sources::new(),
             ending,
             counts_before: FindingCounts::default(),
@@ -307,7 +307,9 @@ impl<'a> Session<'a> {
         let crop = compiled.job.film.crop;
         let n_pixels = crop.width as u128 * crop.height as u128;
         let n_bytes = compiled.job.bytes_needed() + n_pixels * ENCODED_BYTES_PER_PIXEL;
-        if resources::memory_left().is_none_or(|memory| n_bytes <= memory.into()) {
+        if resources::memory_left(self.plan.max_memory)
+            .is_none_or(|memory| n_bytes <= memory.into())
+        {
             return Ok(());
         }
         let why = format!(
@@ -449,9 +451,7 @@ impl<'a> Session<'a> {
     /// Takes the findings about the scene.
     fn judge(&mut self, mut found: Diagnostics) {
         if self.plan.strict {
-            for diagnostic in &mut found.list {
-                diagnostic.severity = diagnostic.severity.max(Severity::Error);
-            }
+            found.raise(Severity::Error);
         }
         match found.worst() {
             Some(Severity::Fatal) => self.raise(Outcome::Failed),
@@ -479,15 +479,18 @@ impl<'a> Session<'a> {
 
     /// Reports a finding that is not about the scene: `--strict` does not mean it.
     fn tell(&mut self, diagnostic: Diagnostic) {
-        let list = vec![diagnostic];
-        self.record(&Diagnostics { list });
+        let mut found = Diagnostics::new();
+        found.push(diagnostic);
+        self.record(&found);
     }
 
     fn record(&mut self, found: &Diagnostics) {
         self.console.show(found, &self.sources);
         let findings = found
             .iter()
-            .map(|diagnostic| Finding::new(diagnostic, &self.sources));
+            .cloned()
+            .chain(found.left_out())
+            .map(|diagnostic| Finding::new(&diagnostic, &self.sources));
         let mut report = self.report();
         report.counts.add(found.counts());
         report.findings.extend(findings);

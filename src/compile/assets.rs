@@ -1,5 +1,6 @@
 //! The files a scene names, behind a trait: compiling touches no file system itself.
 
+use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::source::{SourceBytes, Spanned};
 
 use crate::spectrum::float_file::{self, FloatFile};
@@ -12,6 +13,23 @@ pub trait Assets: Sync {
     /// # Errors
     /// The end of the sentence "cannot read …: ".
     fn read(&self, path: &Spanned<String>) -> Result<SourceBytes, String>;
+
+    /// Bytes of memory that may still be taken for what is decoded and built.
+    fn memory_left(&self) -> u64 {
+        u64::MAX
+    }
+}
+
+/// Why something is not built for want of memory: the end of a sentence. `None` if there is enough for `n_bytes`.
+pub(super) fn lack_of_memory(n_bytes: u128, assets: &dyn Assets) -> Option<String> {
+    let left = assets.memory_left();
+    (n_bytes > left.into()).then(|| {
+        format!(
+            "takes {} MiB of memory, more than the {} MiB that are left",
+            n_bytes >> 20,
+            left >> 20
+        )
+    })
 }
 
 /// For scenes that name no files.
@@ -28,14 +46,33 @@ pub(super) fn extension(path: &str) -> &str {
     path.rsplit_once('.').map_or("", |(_, extension)| extension)
 }
 
-/// The numbers of a text file, or the code and message of a diagnostic.
+/// Reads a file.
+///
+/// # Errors
+/// A located finding, which says of a path from another system how it would be written here.
+pub(super) fn read_file(
+    path: &Spanned<String>,
+    assets: &dyn Assets,
+) -> Result<SourceBytes, Box<Diagnostic>> {
+    assets.read(path).map_err(|error| {
+        let message = format!("cannot read \"{}\": {error}", path.value);
+        let mut missing = Diagnostic::error("missing-file", path.span, message);
+        missing.help = tyndall_parser::include::path_help(&path.value);
+        Box::new(missing)
+    })
+}
+
+/// The numbers of a text file.
+///
+/// # Errors
+/// A located finding.
 pub(super) fn read_numbers(
     path: &Spanned<String>,
     assets: &dyn Assets,
-) -> Result<FloatFile, (&'static str, String)> {
-    let name = &path.value;
-    let bytes = assets
-        .read(path)
-        .map_err(|error| ("missing-file", format!("cannot read \"{name}\": {error}")))?;
-    float_file::read((*bytes).as_ref()).map_err(|error| ("bad-number", format!("{name}: {error}")))
+) -> Result<FloatFile, Box<Diagnostic>> {
+    let bytes = read_file(path, assets)?;
+    float_file::read((*bytes).as_ref()).map_err(|error| {
+        let message = format!("{}: {error}", path.value);
+        Box::new(Diagnostic::error("bad-number", path.span, message))
+    })
 }

@@ -14,6 +14,7 @@ use rayon::iter::{
 };
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 
+use crate::compile::assets::{Assets, lack_of_memory};
 use crate::compile::placement::{self, InstanceMotion, InstancePlacement, Placement};
 use crate::compile::shapes::Local;
 use crate::compile::space::{RenderSpace, WorldBounds};
@@ -47,6 +48,7 @@ impl Loaded {
         diagnostics: &mut Diagnostics,
     ) {
         let mut area_lights = vec![None; frame.area_lights.len()];
+        let assets = builders.assets;
         let mut surface = |shape: &LocalShape, in_object: bool, diagnostics: &mut Diagnostics| {
             builders.surface(shape, frame, in_object, &mut area_lights, diagnostics)
         };
@@ -81,7 +83,7 @@ impl Loaded {
                 .map(|shape| surface(shape, true, diagnostics))
                 .collect();
             let placements = &self.placements[object.placements.clone()];
-            object.place(surfaces, placements, space, parts, diagnostics);
+            object.place(surfaces, placements, space, assets, parts, diagnostics);
         }
     }
 }
@@ -93,6 +95,7 @@ impl LocalObject {
         surfaces: Vec<Surface>,
         placements: &[InstancePlacement],
         space: &RenderSpace,
+        assets: &dyn Assets,
         parts: &mut WorldParts,
         diagnostics: &mut Diagnostics,
     ) {
@@ -106,9 +109,22 @@ impl LocalObject {
             let emits = surface.emission.is_some();
             match shape.still() {
                 Some(definition) if all_still && (only_one || emits) => {
+                    let entity = &shape.entity;
+                    if !only_one
+                        && let Some(lack) =
+                            lack_of_memory(bytes_of_copies(&shape, placements), assets)
+                    {
+                        let message = format!("a light in {} instances {lack}", placements.len());
+                        diagnostics.push(
+                            Diagnostic::error("too-large", entity.entity.span, message)
+                                .with_label("it is left out"),
+                        );
+                        continue;
+                    }
+                    let mut copies = Copies::default();
                     for (n_placed, placement) in placements.iter().enumerate() {
-                        let entity = &shape.entity;
-                        if emits && n_placed > 0 && parts.lights.len() >= MAX_COPIED_LIGHTS {
+                        let n_lights = parts.lights.len() + copies.n_elements();
+                        if emits && n_placed > 0 && n_lights >= MAX_COPIED_LIGHTS {
                             let n_left = placements.len() - n_placed;
                             let message = format!(
                                 "instances make more than {MAX_COPIED_LIGHTS} lights, each of them a light by itself"
@@ -130,7 +146,12 @@ impl LocalObject {
                             space.scale(),
                             Some(&instance),
                         );
-                        add(parts, placed, &surface, entity, diagnostics);
+                        if let Some(whole) = copies.push(placed) {
+                            add(parts, whole, &surface, entity, diagnostics);
+                        }
+                    }
+                    if let Some(rest) = copies.0 {
+                        add(parts, rest, &surface, entity, diagnostics);
                     }
                 }
                 still => {
@@ -152,6 +173,44 @@ impl LocalObject {
             instantiate(shared, placements, space, parts, diagnostics);
         }
     }
+}
+
+/// Copies of one shape, one after the other: those of a mesh that differ in nothing but the places of their vertices
+/// are one mesh, whose surface and bookkeeping exist once.
+#[derive(Default)]
+struct Copies(Option<Shape>);
+
+impl Copies {
+    fn n_elements(&self) -> usize {
+        self.0.as_ref().map_or(0, Shape::n_elements)
+    }
+
+    /// Adds a copy. Gives back those before it if it is not of one mesh with them.
+    fn push(&mut self, copy: Shape) -> Option<Shape> {
+        match (&mut self.0, &copy) {
+            (Some(Shape::Mesh(mesh)), Shape::Mesh(copy)) if mesh.has_room_for(copy) => {
+                mesh.append(copy);
+                None
+            }
+            _ => self.0.replace(copy),
+        }
+    }
+}
+
+/// Memory that an element of a lamp takes in a world besides its vertices: in the hierarchy and among the lights.
+const BYTES_PER_LAMP: u128 = 256;
+
+/// Memory that the still copies of a shape take.
+fn bytes_of_copies(shape: &LocalShape, placements: &[InstancePlacement]) -> u128 {
+    let of_one = match &shape.local {
+        Local::Mesh(mesh) => {
+            let of_vertex = 2 * size_of::<[f32; 3]>() + size_of::<[f32; 2]>();
+            let of_triangle = BYTES_PER_LAMP + size_of::<[u32; 3]>() as u128;
+            (mesh.positions.len() * of_vertex) as u128 + mesh.triangles.len() as u128 * of_triangle
+        }
+        Local::Form(_) | Local::Curves(_) => BYTES_PER_LAMP + size_of::<Geometry>() as u128,
+    };
+    of_one * placements.len() as u128
 }
 
 /// Makes an object of shapes that move as one, and an instance of it at each placement.
@@ -360,7 +419,7 @@ fn placed(
             let instance_mirrors = instance.is_some_and(Transform::swaps_handedness);
             mesh.flip_face = definition_mirrors != instance_mirrors;
             mesh.unit = unit as f32;
-            mesh.normal_unit = (unit / size_of(transform)) as f32;
+            mesh.normal_unit = (unit / mean_scale(transform)) as f32;
             mesh.instance = instance.map(|instance| {
                 Box::new(Linear {
                     forward: instance.affine().matrix3,
@@ -373,7 +432,7 @@ fn placed(
 }
 
 /// How many times as long lengths become, in the mean.
-fn size_of(transform: &Transform) -> f64 {
+fn mean_scale(transform: &Transform) -> f64 {
     transform.determinant().abs().cbrt()
 }
 
@@ -383,7 +442,7 @@ fn move_vertices(mesh: &mut Mesh, transform: &Transform) {
         *p = transform.point(wide(*p)).as_vec3().to_array();
     }
     // Directions keep their relative lengths, which weigh interpolation, at a size that suits f32.
-    let size = size_of(transform);
+    let size = mean_scale(transform);
     for n in &mut mesh.normals {
         *n = (transform.normal(wide(*n)) * size).as_vec3().to_array();
     }

@@ -1,6 +1,6 @@
 //! The realistic camera: its lens table and what can be wrong with it.
 
-use tyndall_parser::diagnostic::Diagnostic;
+use tyndall_parser::diagnostic::{Diagnostic, Severity};
 use tyndall_parser::source::Spanned;
 
 use crate::camera::Realistic;
@@ -34,8 +34,12 @@ pub(super) fn realistic(
     let file = file?;
     let mut interfaces = match table(p, &file, assets) {
         Ok(interfaces) => interfaces,
-        Err((code, message)) => {
-            p.report(Diagnostic::fatal(code, file.span, message).with_label("nothing is rendered"));
+        Err(finding) => {
+            let finding = Diagnostic {
+                severity: Severity::Fatal,
+                ..finding.with_label("nothing is rendered")
+            };
+            p.report(finding);
             return None;
         }
     };
@@ -61,19 +65,22 @@ pub(super) fn realistic(
         .ok()
 }
 
-/// The rows of a lens table, or the code and message of why there are none.
+/// The rows of a lens table, or why there are none.
 fn table(
     p: &mut ParamReader<'_>,
     file: &Spanned<String>,
     assets: &dyn Assets,
-) -> Result<Vec<Interface>, (&'static str, String)> {
+) -> Result<Vec<Interface>, Box<Diagnostic>> {
     let numbers = read_numbers(file, assets)?;
     let path = &file.value;
     for warning in &numbers.warnings {
         let message = format!("{path}: {warning}");
         p.report(Diagnostic::warning("lens-file", file.span, message));
     }
-    let bad = |what: String| ("bad-lens", format!("{path}: {what}"));
+    let bad = |what: String| {
+        let message = format!("{path}: {what}");
+        Box::new(Diagnostic::error("bad-lens", file.span, message))
+    };
     let (rows, rest) = numbers.values.as_chunks::<4>();
     if rows.is_empty() || !rest.is_empty() {
         let n = numbers.values.len();

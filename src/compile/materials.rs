@@ -6,7 +6,8 @@ mod subsurface;
 
 use std::collections::{HashMap, HashSet};
 
-use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
+use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::Span;
 
@@ -22,6 +23,13 @@ use subsurface::DiffusionTables;
 
 /// The directional albedo above which a material is too bright to be true.
 const BRIGHTEST: f64 = 1.01;
+
+/// Materials that are looked at together.
+const LOOKED_AT_ONCE: usize = 64;
+/// Bright materials from which on no others are looked for: that takes a millisecond for each.
+const ENOUGH_BRIGHT: usize = 50;
+/// Materials that are looked at at most.
+const ENOUGH_SEEN: usize = 1 << 13;
 
 /// The materials of a frame on their way into the world.
 pub(super) struct MaterialBuilder {
@@ -176,10 +184,35 @@ impl MaterialBuilder {
     pub(super) fn finish(mut self, diagnostics: &mut Diagnostics) -> Materials {
         let mut spans: Vec<_> = self.spans.into_iter().collect();
         spans.sort_unstable_by_key(|(id, _)| *id);
-        for (id, span) in spans {
-            if let Some(albedo) = self.built.albedo_above(id, BRIGHTEST) {
-                diagnostics.push(bright_material(span, albedo));
+        let mut n_bright = 0;
+        let mut n_seen = 0;
+        for some in spans.chunks(LOOKED_AT_ONCE) {
+            if n_bright >= ENOUGH_BRIGHT || n_seen >= ENOUGH_SEEN {
+                break;
             }
+            n_seen += some.len();
+            let albedos: Vec<Option<f64>> = some
+                .par_iter()
+                .map(|(id, _)| self.built.albedo_above(*id, BRIGHTEST))
+                .collect();
+            for (albedo, (_, span)) in albedos.into_iter().zip(some) {
+                if let Some(albedo) = albedo {
+                    n_bright += 1;
+                    diagnostics.push(bright_material(*span, albedo));
+                }
+            }
+        }
+        if n_bright > 0 && n_seen < spans.len() {
+            let message = format!(
+                "{n_bright} of {n_seen} materials send back more light than they receive: {} more were not looked at",
+                spans.len() - n_seen
+            );
+            diagnostics.push(Diagnostic::new(
+                Severity::Warning,
+                "bright-material",
+                None,
+                message,
+            ));
         }
         self.built.diffusion = self.diffusion.finish();
         self.built

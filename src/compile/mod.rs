@@ -39,6 +39,7 @@ use crate::material::Materials;
 use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
+use assets::lack_of_memory;
 pub use assets::{Assets, NoAssets};
 pub use options::EMPTY_CROP_WINDOW;
 
@@ -183,6 +184,7 @@ fn contents(
     let mut parts = WorldParts::default();
     loaded.place(frame, space, &mut builders, &mut parts, diagnostics);
     fit_in_hierarchies(&parts, frame.span, diagnostics)?;
+    fit_in_memory(&parts, frame.span, assets, diagnostics)?;
     let Builders {
         mut media,
         textures,
@@ -280,6 +282,28 @@ fn fit_in_hierarchies(
                 "what is made an object and placed as an instance, twice or more, counts by itself",
             ),
     );
+    None
+}
+
+/// Memory that an item of a hierarchy takes while that is built: its box, its number, its part of the nodes, and a
+/// triangle's corners.
+const BYTES_PER_ITEM: u128 = 160;
+
+/// Refuses more shapes than there is memory to build hierarchies of.
+fn fit_in_memory(
+    parts: &WorldParts,
+    frame: Span,
+    assets: &dyn Assets,
+    diagnostics: &mut Diagnostics,
+) -> Option<()> {
+    let of_shapes: usize = parts.geometries.iter().map(|g| g.shape.n_elements()).sum();
+    let n_items = of_shapes + parts.instances.len();
+    let Some(lack) = lack_of_memory(n_items as u128 * BYTES_PER_ITEM, assets) else {
+        return Some(());
+    };
+    let message = format!("a hierarchy of {n_items} triangles, other shapes and instances {lack}");
+    diagnostics
+        .push(Diagnostic::fatal("too-large", frame, message).with_label("nothing is rendered"));
     None
 }
 

@@ -4,7 +4,7 @@ use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::Span;
 
-use crate::compile::assets::Assets;
+use crate::compile::assets::{Assets, read_file};
 use crate::compile::reader::{ParamReader, Textured};
 use crate::compile::{lookup, unsupported};
 use crate::describe::description::{ShapeEntity, TextureRef};
@@ -85,7 +85,7 @@ pub(super) fn read_shape(
             masks = read_masks(&mut p);
             ply_mesh(&mut p, keeps_faces, assets).map(Local::Mesh)
         }
-        "loopsubdiv" => surfaces::subdivision(&mut p).map(Local::Mesh),
+        "loopsubdiv" => surfaces::subdivision(&mut p, assets).map(Local::Mesh),
         "heightfield" => surfaces::heightfield(&mut p).map(Local::Mesh),
         "nurbs" => surfaces::nurbs(&mut p).map(Local::Mesh),
         "curve" => curves::curve(&mut p).map(Local::Curves),
@@ -226,15 +226,14 @@ fn drop_non_finite(mut mesh: Mesh, span: Span, p: &mut ParamReader) -> Mesh {
 
 fn ply_mesh(p: &mut ParamReader, keeps_faces: bool, assets: &dyn Assets) -> Option<Mesh> {
     let file = p.file("filename")?;
-    let bytes = match assets.read(&file) {
+    let bytes = match read_file(&file, assets) {
         Ok(bytes) => bytes,
-        Err(error) => {
-            let message = format!("cannot read \"{}\": {error}", file.value);
-            p.report(Diagnostic::error("missing-file", file.span, message).with_label(INSTEAD));
+        Err(missing) => {
+            p.report(missing.with_label(INSTEAD));
             return None;
         }
     };
-    match ply::decode((*bytes).as_ref()) {
+    match ply::decode_within((*bytes).as_ref(), assets.memory_left()) {
         Ok(PlyMesh {
             positions,
             normals,

@@ -5,6 +5,7 @@ use super::names::Suggester;
 use super::state::{Block, Draft};
 use super::transform;
 use glam::DMat4;
+use transforms::Change;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics, Severity};
 use tyndall_parser::directive::Directive;
 use tyndall_parser::schema;
@@ -44,7 +45,9 @@ impl Builder {
             self.draft.allowed.push(kind);
         }
         match directive {
-            Directive::Identity => self.change_ctm("Identity", span, |_| DMat4::IDENTITY),
+            Directive::Identity => {
+                self.change_ctm("Identity", span, Change::Replace(DMat4::IDENTITY));
+            }
             Directive::Translate(delta) => {
                 self.multiply("Translate", span, transform::translate(delta, span))
             }

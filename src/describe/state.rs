@@ -23,6 +23,27 @@ pub(super) struct Ctm {
     pub(super) end: Option<Box<DMat4>>,
     /// Which of them change.
     pub(super) active: ActiveTransform,
+    /// What hides or bends what is below, where something does.
+    pub(super) flaws: Option<Box<Flaws>>,
+}
+
+/// The directives that took from the current transforms what geometry needs of them.
+#[derive(Clone, Debug, Default)]
+pub(super) struct Flaws {
+    /// What took away the inverse, at the start and at the end of the motion: shapes below vanish.
+    pub(super) singular: [Option<Span>; 2],
+    /// What had a projective last row, which is left out.
+    pub(super) projective: [Option<Span>; 2],
+}
+
+impl Flaws {
+    /// Whether there is one.
+    pub(super) fn is_any(&self) -> bool {
+        self.singular
+            .iter()
+            .chain(&self.projective)
+            .any(Option::is_some)
+    }
 }
 
 impl Default for Ctm {
@@ -31,6 +52,7 @@ impl Default for Ctm {
             start: DMat4::IDENTITY,
             end: None,
             active: ActiveTransform::All,
+            flaws: None,
         }
     }
 }
@@ -49,12 +71,19 @@ impl Ctm {
         self.end.is_some()
     }
 
+    /// What hides everything below: a transform without an inverse.
+    pub(super) fn hidden_by(&self) -> Option<Span> {
+        let [start, end] = self.flaws.as_ref()?.singular;
+        start.or(end)
+    }
+
     /// The same with other transforms.
     pub(super) fn with(&self, pair: &TransformPair) -> Self {
         Self {
             start: pair.start,
             end: pair.is_animated().then(|| Box::new(pair.end)),
             active: self.active,
+            flaws: self.flaws.clone(),
         }
     }
 
@@ -65,6 +94,7 @@ impl Ctm {
                 start: change(self.start),
                 end: None,
                 active: self.active,
+                flaws: self.flaws.clone(),
             };
         }
         let TransformPair { start, end } = self.pair();
@@ -83,6 +113,17 @@ impl Ctm {
             },
         })
     }
+}
+
+/// A named coordinate system.
+#[derive(Clone, Debug)]
+pub(super) struct CoordinateSystem {
+    /// Its transforms.
+    pub(super) pair: TransformPair,
+    /// What is wrong with them.
+    pub(super) flaws: Option<Box<Flaws>>,
+    /// Where it was named.
+    pub(super) span: Span,
 }
 
 /// The part of the graphics state that is saved as a whole. Names are saved as marks in their maps.
@@ -208,8 +249,12 @@ pub(super) struct Draft {
     pub(super) named_media: HashMap<String, MediumRef>,
     /// Objects by name. Not scoped.
     pub(super) named_objects: HashMap<String, ObjectRef>,
-    /// Coordinate systems by name, with the place of the definition. Not scoped.
-    pub(super) coordinate_systems: HashMap<String, (TransformPair, Span)>,
+    /// Coordinate systems by name. Not scoped.
+    pub(super) coordinate_systems: HashMap<String, CoordinateSystem>,
+    /// Transforms already reported for what is below them, by their place.
+    pub(super) reported_transforms: HashSet<Span>,
+    /// Places of projective matrices: reported at the end unless something was below them.
+    pub(super) projective: Vec<Span>,
     /// The object being defined.
     pub(super) object: Option<ObjectRef>,
     /// Every `MediumInterface`.
@@ -269,6 +314,8 @@ impl Default for Draft {
             named_media: HashMap::new(),
             named_objects: HashMap::new(),
             coordinate_systems: HashMap::new(),
+            reported_transforms: HashSet::new(),
+            projective: Vec::new(),
             object: None,
             interfaces: Vec::new(),
             reported_media: HashSet::new(),

@@ -1,4 +1,4 @@
-//! The matrices of the transform directives, in double precision, with the degenerate ones refused.
+//! The matrices of the transform directives, in double precision: which are refused, and which have no inverse.
 
 use crate::math::transform::is_tame;
 use glam::{DAffine3, DMat3, DMat4, DVec3};
@@ -38,27 +38,13 @@ pub(super) fn translate(delta: [f64; 3], span: Span) -> Result<DMat4, Refused> {
     Ok(DMat4::from_translation(DVec3::from_array(delta)))
 }
 
-/// `Scale`.
+/// `Scale`. By zero it has no inverse.
 ///
 /// # Errors
-/// Numbers that are not finite, a factor of zero.
+/// Numbers that are not finite.
 pub(super) fn scale(factors: [f64; 3], span: Span) -> Result<DMat4, Refused> {
     finite(&factors, "Scale", span)?;
-    match factors.iter().position(|x| *x == 0.0) {
-        None => Ok(DMat4::from_scale(DVec3::from_array(factors))),
-        Some(axis) => Err(Box::new(
-            Diagnostic::error(
-                "singular-transform",
-                span,
-                format!(
-                    "Scale by zero along {} flattens space",
-                    ["x", "y", "z"][axis]
-                ),
-            )
-            .with_label("this transform is left out")
-            .with_help("a flat shape needs no scale: disk and trianglemesh are flat by themselves"),
-        )),
-    }
+    Ok(DMat4::from_scale(DVec3::from_array(factors)))
 }
 
 /// `Rotate`: by the right-hand rule about an axis of any length above zero.
@@ -121,27 +107,27 @@ pub(super) fn look_at(
     Ok((matrix, warning))
 }
 
-/// The matrix of `Transform` and `ConcatTransform`, column-major. The second part reports a projective matrix,
-/// whose last row is then taken as 0 0 0 1.
+/// What the last row of a matrix does.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(super) enum LastRow {
+    /// It is 0 0 0 1, or a multiple of it.
+    Affine,
+    /// It is not, but what it does is lost in single precision.
+    Rounding,
+    /// It bends space.
+    Projective,
+}
+
+/// The matrix of `Transform` and `ConcatTransform`, column-major, its last row taken as 0 0 0 1; and what that row was.
 ///
 /// # Errors
-/// Numbers that are not finite, a matrix without an inverse.
+/// Numbers that are not finite.
 pub(super) fn matrix(
     numbers: [f64; 16],
     keyword: &str,
     span: Span,
-) -> Result<(DMat4, Option<Diagnostic>), Refused> {
+) -> Result<(DMat4, LastRow), Refused> {
     finite(&numbers, keyword, span)?;
-    let singular = || {
-        Box::new(
-            Diagnostic::error(
-                "singular-transform",
-                span,
-                format!("the matrix of {keyword} has no inverse"),
-            )
-            .with_label("this transform is left out"),
-        )
-    };
     let raw = DMat4::from_cols_array(&numbers);
     let last_row = raw.row(3);
     // Homogeneous coordinates: a matrix and its multiples are the same transform.
@@ -150,27 +136,57 @@ pub(super) fn matrix(
     } else {
         raw * (1.0 / last_row.w)
     };
-    let warning = (last_row.truncate() != DVec3::ZERO || last_row.w == 0.0).then(|| {
-        Diagnostic::error(
-            "projective-transform",
-            span,
-            format!("the matrix of {keyword} is projective: its last row is not 0 0 0 1"),
-        )
-        .with_label("the last row is taken as 0 0 0 1")
-        .with_help("matrices are written column by column: the translation is numbers 13 to 15")
-    });
+    let projective = affine.row(3).truncate();
     for column in 0..4 {
         affine.col_mut(column).w = if column == 3 { 1.0 } else { 0.0 };
     }
-    if !affine.is_finite() || is_singular(&affine) {
-        return Err(singular());
+    if !affine.is_finite() {
+        let message = format!("the last number of {keyword} is too small to divide the others by");
+        return Err(Box::new(
+            Diagnostic::error("not-finite", span, message).with_label("this transform is left out"),
+        ));
     }
-    Ok((affine, warning))
+    let row = if last_row.w == 0.0 {
+        LastRow::Projective
+    } else if projective == DVec3::ZERO {
+        LastRow::Affine
+    } else if is_rounding(projective, &affine) {
+        LastRow::Rounding
+    } else {
+        LastRow::Projective
+    };
+    Ok((affine, row))
+}
+
+/// Whether a last row `projective`, 1 leaves points where they are, to single precision: those of an object of about
+/// one unit, as far from its origin as that is from the world's.
+fn is_rounding(projective: DVec3, affine: &DMat4) -> bool {
+    let reach = if is_singular(affine) {
+        1.0
+    } else {
+        let inverse = affine.inverse().w_axis.truncate();
+        inverse.length().max(1.0)
+    };
+    projective.length() * reach <= f64::from(f32::EPSILON)
+}
+
+/// Reports a projective matrix at the directive `span`: what is below it is not what the file asks for, where
+/// `has_effect`.
+pub(super) fn projective(span: Span, has_effect: bool) -> Diagnostic {
+    let message = "this matrix is projective: its last row is not 0 0 0 1";
+    let found = if has_effect {
+        Diagnostic::error("projective-transform", span, message)
+            .with_label("the last row is taken as 0 0 0 1")
+    } else {
+        Diagnostic::warning("projective-transform", span, message)
+            .with_label("the last row is left out, which changes nothing")
+    };
+    found.with_help("matrices are written column by column: the translation is numbers 13 to 15")
 }
 
 /// Whether the linear part has no inverse: its determinant is nothing but rounding, measured against the lengths
 /// of its columns.
-fn is_singular(affine: &DMat4) -> bool {
+pub(super) fn is_singular(affine: &DMat4) -> bool {
     if is_tame(&DAffine3::from_mat4(*affine)) {
         return false;
     }
@@ -188,14 +204,14 @@ pub(super) fn is_usable(matrix: &DMat4) -> bool {
     if is_tame(&DAffine3::from_mat4(*matrix)) {
         return true;
     }
-    let fits = |matrix: &DMat4| {
-        let largest = f64::from(f32::MAX);
-        matrix
-            .to_cols_array()
-            .iter()
-            .all(|entry| entry.abs() <= largest)
-    };
-    fits(matrix) && fits(&matrix.inverse())
+    is_in_range(matrix) && is_in_range(&matrix.inverse())
+}
+
+/// Whether a transform itself stays within single precision.
+pub(super) fn is_in_range(matrix: &DMat4) -> bool {
+    let largest = f64::from(f32::MAX);
+    let fits = |entry: &f64| entry.abs() <= largest;
+    matrix.to_cols_array().iter().all(fits)
 }
 
 /// A vector of any finite length above zero, normalised without overflow or underflow.

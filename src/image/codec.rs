@@ -4,7 +4,7 @@
 //! |---|---|---|
 //! | `exr` | half, float or integer channels, scan lines or tiles, data window only | 32-bit float, or half on request |
 //! | `pfm` | grey and RGB, both byte orders | little-endian float |
-//! | `png` | to 8 bits per channel | 8-bit sRGB |
+//! | `png` | to 8 bits per channel, or 16 on request | 8-bit sRGB |
 //! | `tga` | grey, RGB, colour-mapped | 8-bit sRGB |
 //! | `hdr`, `jpg`, `jpeg` | yes | no |
 //!
@@ -44,6 +44,53 @@ pub enum Precision {
     Float,
     /// 16 bits: 11 significant ones, clamped to ±65504.
     Half,
+}
+
+/// What a reader wants of a file, and allows it.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub struct DecodeOptions {
+    /// 16-bit PNG is read whole; otherwise its low bytes are lost, as the scene format has it.
+    pub full_depth: bool,
+    /// Bytes of memory that decoding may take.
+    pub max_bytes: u64,
+}
+
+impl Default for DecodeOptions {
+    fn default() -> Self {
+        Self {
+            full_depth: false,
+            max_bytes: u64::MAX,
+        }
+    }
+}
+
+impl DecodeOptions {
+    /// Refuses pictures of more samples than there may be memory for.
+    pub(super) fn fits(
+        &self,
+        width: usize,
+        height: usize,
+        channels: usize,
+    ) -> Result<(), ImageError> {
+        let n_bytes = width as u128 * height as u128 * channels as u128 * size_of::<f32>() as u128;
+        if n_bytes <= u128::from(self.max_bytes) {
+            return Ok(());
+        }
+        Err(ImageError::TooLarge(format!(
+            "{width}x{height} pixels take {} MiB of memory, more than the {} MiB that are left",
+            n_bytes >> 20,
+            self.max_bytes >> 20
+        )))
+    }
+}
+
+/// A decoded file, and what a reader should know of how it was understood.
+#[derive(Clone, PartialEq, Debug)]
+pub struct Decoded {
+    /// The picture.
+    pub file: ImageFile,
+    /// Which of several pictures was taken.
+    pub note: Option<String>,
 }
 
 #[derive(Clone, Copy, PartialEq, Eq)]
@@ -93,14 +140,32 @@ impl ImageFile {
 /// # Errors
 /// [`ImageError`], by who must act.
 pub fn decode(bytes: &[u8], extension: &str) -> Result<ImageFile, ImageError> {
+    decode_with(bytes, extension, &DecodeOptions::default()).map(|decoded| decoded.file)
+}
+
+/// The same by `options`, and with a note.
+///
+/// # Errors
+/// [`ImageError`], by who must act.
+pub fn decode_with(
+    bytes: &[u8],
+    extension: &str,
+    options: &DecodeOptions,
+) -> Result<Decoded, ImageError> {
+    use ::image::ImageFormat;
     let format = format_of(extension)?;
+    let plain = |image| Decoded {
+        file: ImageFile::new(image),
+        note: None,
+    };
+    let raster = |format| raster::decode(bytes, format, options).map(plain);
     let decode = || match format {
-        Format::Exr => openexr::decode(bytes),
-        Format::Pfm => pfm::decode(bytes).map(ImageFile::new),
-        Format::Png => raster::decode(bytes, ::image::ImageFormat::Png).map(ImageFile::new),
-        Format::Tga => raster::decode(bytes, ::image::ImageFormat::Tga).map(ImageFile::new),
-        Format::Hdr => raster::decode(bytes, ::image::ImageFormat::Hdr).map(ImageFile::new),
-        Format::Jpeg => raster::decode(bytes, ::image::ImageFormat::Jpeg).map(ImageFile::new),
+        Format::Exr => openexr::decode(bytes, options),
+        Format::Pfm => pfm::decode(bytes, options).map(plain),
+        Format::Png => raster(ImageFormat::Png),
+        Format::Tga => raster(ImageFormat::Tga),
+        Format::Hdr => raster(ImageFormat::Hdr),
+        Format::Jpeg => raster(ImageFormat::Jpeg),
     };
     // A damaged file must not end the program, and not every codec below is free of arithmetic that overflows on one.
     // Nothing outlives the call, so nothing is seen half-changed.

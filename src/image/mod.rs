@@ -10,6 +10,7 @@
 
 pub mod codec;
 mod error;
+mod hdr;
 pub mod metrics;
 pub mod mip;
 mod openexr;

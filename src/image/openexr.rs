@@ -14,7 +14,7 @@ use ::exr::prelude::{
 };
 use half::slice::HalfFloatSliceExt;
 
-use crate::image::codec::{self, Attribute, ImageFile, Precision};
+use crate::image::codec::{self, Attribute, DecodeOptions, Decoded, ImageFile, Precision};
 use crate::image::{Image, ImageError, PixelRect, sample_count};
 
 /// The largest finite half.
@@ -32,16 +32,17 @@ const STRUCTURAL: [&str; 8] = [
     "version",
 ];
 
-/// Decodes the first part that shows a picture; see [`Picture::find`]. Only the highest resolution is read.
-pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
+/// Decodes the part that shows the picture; see [`Picture::find`]. Only the highest resolution is read.
+pub(super) fn decode(bytes: &[u8], options: &DecodeOptions) -> Result<Decoded, ImageError> {
     let reader = block::read(Cursor::new(bytes), false).map_err(exr_error)?;
-    let picture = Picture::find(reader.headers())?;
+    let (picture, note) = Picture::find(reader.headers())?;
     let header = reader.headers()[picture.part].clone();
     let (width, height) = (header.layer_size.width(), header.layer_size.height());
     let channels = picture.channels;
     let n_samples = sample_count(width, height, channels)
         .filter(|&count| count <= codec::sample_budget(bytes.len()));
     let n_samples = n_samples.ok_or_else(|| codec::too_large(width, height, bytes.len()))?;
+    options.fits(width, height, channels)?;
     check_blocks(reader.headers(), bytes.len())?;
 
     // Zeroed memory costs nothing until a block is written to it.
@@ -84,7 +85,7 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
 
     let display = header.shared_attributes.display_window;
     let origin = header.own_attributes.layer_position;
-    Ok(ImageFile {
+    let file = ImageFile {
         image: Image::new(width, height, channels, data)?,
         origin: (origin.x(), origin.y()),
         display_window: PixelRect {
@@ -94,7 +95,8 @@ pub(super) fn decode(bytes: &[u8]) -> Result<ImageFile, ImageError> {
             height: display.size.height(),
         },
         attributes: attributes_of(&header),
-    })
+    };
+    Ok(Decoded { file, note })
 }
 
 /// A block is not the one its table says.
@@ -231,9 +233,25 @@ fn each<const N: usize>(stored: &[[u8; N]], values: &mut [f32], value: impl Fn([
     }
 }
 
-/// Which part and which of its channels make the picture.
+/// How well channels serve as the picture, best first.
+#[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
+enum Rank {
+    /// `R`, `G` and `B`.
+    Colour,
+    /// Some of them; the others are 0.
+    PartOfColour,
+    /// `Y` without chroma.
+    Luminance,
+    /// A channel of any other name, alone in its part. Depth is one.
+    Other,
+}
+
+/// A part, and which of its channels make a picture.
 struct Picture {
     part: usize,
+    rank: Rank,
+    /// What stands before the names of its channels: empty, or a layer and a dot.
+    layer: String,
     /// 1 or 3.
     channels: usize,
     /// For every channel of the part, its place in a pixel.
@@ -241,76 +259,141 @@ struct Picture {
 }
 
 impl Picture {
-    /// The first part with, in this order of preference: `R`, `G`, `B` (absent ones are 0); `Y` alone; the same under a
-    /// layer name (`diffuse.R`); a single channel of any name but `A`.
-    fn find(headers: &[Header]) -> Result<Self, ImageError> {
-        let flat = || {
-            headers
-                .iter()
-                .enumerate()
-                .filter(|(_, header)| !header.deep)
+    /// The picture among all parts: `R`, `G`, `B`; else some of them; else `Y`; else a single channel of any name but
+    /// `A`, if the file has no other picture. Channels without a layer come before those of layers (`diffuse.R`).
+    /// Several that serve equally well are refused. And a note, if others were left aside.
+    fn find(headers: &[Header]) -> Result<(Self, Option<String>), ImageError> {
+        let flat = headers
+            .iter()
+            .enumerate()
+            .filter(|(_, header)| !header.deep);
+        let mut found: Vec<Self> = flat
+            .flat_map(|(part, header)| Self::in_part(part, header))
+            .collect();
+        let Some(best) = found.iter().map(Self::order).min() else {
+            let all_deep = headers.iter().all(|header| header.deep);
+            return Err(ImageError::Unsupported(
+                if all_deep && !headers.is_empty() {
+                    "deep images are not read".into()
+                } else {
+                    "the file has no channels R, G, B or Y, and more than one other".into()
+                },
+            ));
         };
-        let found = flat().find_map(|(part, header)| Self::in_part(part, header));
-        found.ok_or_else(|| {
-            ImageError::Unsupported(if flat().next().is_none() && !headers.is_empty() {
-                "deep images are not read".into()
+        let names: Vec<String> = found.iter().map(|picture| picture.name(headers)).collect();
+        let mut equal = (0..found.len()).filter(|&i| found[i].order() == best);
+        let taken = equal.next().expect("the best is among them");
+        if equal.next().is_some() {
+            let equal = (0..found.len()).filter(|&i| found[i].order() == best);
+            let equal: Vec<&str> = equal.map(|i| names[i].as_str()).collect();
+            return Err(ImageError::Unsupported(format!(
+                "the file has several pictures: {}; keep one of them",
+                equal.join(", ")
+            )));
+        }
+        let others: Vec<&str> = (0..found.len())
+            .filter(|&i| i != taken)
+            .map(|i| names[i].as_str())
+            .collect();
+        let is_plain = others.is_empty() && found[taken].layer.is_empty();
+        let note = (!is_plain).then(|| {
+            let others = if others.is_empty() {
+                String::new()
             } else {
-                "the file has no channels R, G, B or Y, and more than one other".into()
-            })
-        })
+                format!(", not {}", others.join(", "))
+            };
+            format!("{} is read{others}", names[taken])
+        });
+        Ok((found.swap_remove(taken), note))
     }
 
-    fn in_part(part: usize, header: &Header) -> Option<Self> {
+    fn order(&self) -> (Rank, bool) {
+        (self.rank, !self.layer.is_empty())
+    }
+
+    /// What a person calls it.
+    fn name(&self, headers: &[Header]) -> String {
+        let header = &headers[self.part];
+        let channels = header.channels.list.iter().zip(&self.slots);
+        let mut channels: Vec<_> = channels
+            .filter_map(|(channel, slot)| Some((slot.as_ref()?, channel.name.to_string())))
+            .collect();
+        channels.sort();
+        let channels: Vec<String> = channels.into_iter().map(|(_, name)| name).collect();
+        let channels = channels.join(" ");
+        match &header.own_attributes.layer_name {
+            Some(part) if headers.len() > 1 => format!("{channels} of part \"{part}\""),
+            _ if headers.len() > 1 => format!("{channels} of part {}", self.part + 1),
+            _ => channels,
+        }
+    }
+
+    /// Every picture that a part holds.
+    fn in_part(part: usize, header: &Header) -> Vec<Self> {
         let names: Vec<String> = header
             .channels
             .list
             .iter()
             .map(|channel| channel.name.to_string())
             .collect();
-        let layers = names
+        let mut layers: Vec<String> = names
             .iter()
             .filter_map(|name| name.rsplit_once('.'))
-            .map(|(layer, _)| format!("{layer}."));
-        for prefix in std::iter::once(String::new()).chain(layers) {
-            let place = |wanted: [&str; 3]| -> Vec<Option<usize>> {
-                let slot = |name: &String| {
-                    wanted
-                        .iter()
-                        .position(|w| name.strip_prefix(&*prefix) == Some(*w))
-                };
-                names.iter().map(slot).collect()
-            };
-            let rgb = place(["R", "G", "B"]);
-            if rgb.iter().any(Option::is_some) {
-                return Some(Self {
+            .map(|(layer, _)| format!("{layer}."))
+            .collect();
+        layers.push(String::new());
+        layers.sort();
+        layers.dedup();
+        let mut found: Vec<Self> = layers
+            .into_iter()
+            .filter_map(|layer| Self::in_layer(part, &names, layer))
+            .collect();
+        if found.is_empty() {
+            let mut colours = (0..names.len()).filter(|&i| !is_alpha(&names[i]));
+            if let (Some(only), None) = (colours.next(), colours.next()) {
+                found.push(Self {
                     part,
-                    channels: 3,
-                    slots: rgb,
-                });
-            }
-            let grey = place(["Y", "", ""]);
-            let chroma = names
-                .iter()
-                .any(|name| name.ends_with("RY") || name.ends_with("BY"));
-            if grey.contains(&Some(0)) && !chroma {
-                return Some(Self {
-                    part,
+                    rank: Rank::Other,
+                    layer: String::new(),
                     channels: 1,
-                    slots: grey,
+                    slots: (0..names.len()).map(|i| (i == only).then_some(0)).collect(),
                 });
             }
         }
-        let mut colours = (0..names.len()).filter(|&i| names[i] != "A");
-        let (only, None) = (colours.next()?, colours.next()) else {
-            return None;
+        found
+    }
+
+    fn in_layer(part: usize, names: &[String], layer: String) -> Option<Self> {
+        let place = |wanted: &[&str]| -> Vec<Option<usize>> {
+            let slot = |name: &String| {
+                let name = name.strip_prefix(&*layer)?;
+                wanted.iter().position(|wanted| *wanted == name)
+            };
+            names.iter().map(slot).collect()
         };
-        let slots = (0..names.len()).map(|i| (i == only).then_some(0)).collect();
+        let count = |slots: &[Option<usize>]| slots.iter().flatten().count();
+        let (rgb, grey) = (place(&["R", "G", "B"]), place(&["Y"]));
+        // Chroma needs a conversion; a place, or a normal, has a Y as well.
+        let is_other = count(&place(&["RY", "BY", "X"])) > 0;
+        let (rank, channels, slots) = match count(&rgb) {
+            3 => (Rank::Colour, 3, rgb),
+            1 | 2 => (Rank::PartOfColour, 3, rgb),
+            _ if count(&grey) > 0 && !is_other => (Rank::Luminance, 1, grey),
+            _ => return None,
+        };
         Some(Self {
             part,
-            channels: 1,
+            rank,
+            layer,
+            channels,
             slots,
         })
     }
+}
+
+/// Whether a channel is coverage.
+fn is_alpha(name: &str) -> bool {
+    name.rsplit('.').next() == Some("A")
 }
 
 /// Text, float and integer attributes, sorted by name.

@@ -1,12 +1,13 @@
 //! Portable float maps: a text header and raw floats, bottom row first.
 //!
-//! Format: `PF` (RGB) or `Pf` (grey), width, height, scale, one white-space byte, samples. A negative scale means
-//! little-endian; its magnitude multiplies the samples.
+//! Format: `PF` (RGB) or `Pf` (grey), width, height, scale, one white-space byte or a line end of two, samples. A
+//! negative scale means little-endian; its magnitude multiplies the samples.
 
+use crate::image::codec::DecodeOptions;
 use crate::image::{Image, ImageError, sample_count};
 
 /// Decodes a file.
-pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
+pub(super) fn decode(bytes: &[u8], options: &DecodeOptions) -> Result<Image, ImageError> {
     let mut rest = bytes;
     let channels = match next_word(&mut rest)? {
         "PF" => 3,
@@ -30,11 +31,18 @@ pub(super) fn decode(bytes: &[u8]) -> Result<Image, ImageError> {
         }
     };
     let n_bytes = sample_count(width, height, channels).and_then(|count| count.checked_mul(4));
-    let samples = n_bytes.and_then(|count| rest.get(..count)).ok_or_else(|| {
-        invalid(format!(
-            "the file is too short for {width}x{height} pixels with {channels} channels"
-        ))
-    })?;
+    let samples = behind_line_end(bytes, rest, n_bytes);
+    let samples = match n_bytes {
+        Some(count) if samples.len() == count => samples,
+        _ => {
+            let n_bytes = n_bytes.map_or("more".to_owned(), |count| count.to_string());
+            return Err(invalid(format!(
+                "{width}x{height} pixels with {channels} channels take {n_bytes} bytes, but {} follow the header",
+                samples.len()
+            )));
+        }
+    };
+    options.fits(width, height, channels)?;
     let from_bytes = if scale < 0.0 {
         f32::from_le_bytes
     } else {
@@ -60,6 +68,18 @@ pub(super) fn encode(image: &Image) -> Vec<u8> {
         bytes.extend(row.iter().flat_map(|sample| sample.to_le_bytes()));
     }
     bytes
+}
+
+/// What follows the header, of which `rest` is all but its first white space. A line feed behind a carriage return is
+/// part of the line end where lines before it end so, and where the length of the file says so; otherwise it is the
+/// first byte of the samples.
+fn behind_line_end<'a>(bytes: &[u8], rest: &'a [u8], n_bytes: Option<usize>) -> &'a [u8] {
+    let header = &bytes[..bytes.len() - rest.len()];
+    let (Some(before), Some(after)) = (header.strip_suffix(b"\r"), rest.strip_prefix(b"\n")) else {
+        return rest;
+    };
+    let is_split = before.windows(2).any(|pair| pair == b"\r\n") || n_bytes == Some(after.len());
+    if is_split { after } else { rest }
 }
 
 /// Takes a word and the one white-space byte after it.

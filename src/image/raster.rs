@@ -4,16 +4,40 @@ use std::io::Cursor;
 
 use ::image::{DynamicImage, ExtendedColorType, ImageFormat, ImageReader, Limits};
 
-use crate::image::{Image, ImageError, codec, srgb};
+use crate::image::codec::DecodeOptions;
+use crate::image::{Image, ImageError, codec, hdr, srgb};
 
-/// Decodes a file to its stored values: 8-bit codes over 255, HDR as is. 16-bit channels lose their low byte, as the
-/// scene format has it; alpha is dropped; grey stays grey.
-pub(super) fn decode(bytes: &[u8], format: ImageFormat) -> Result<Image, ImageError> {
+/// Channels whose memory a picture takes while it is decoded: three of floats, and the codes that they are made of.
+const DECODED_CHANNELS: usize = 4;
+
+/// Decodes a file to its stored values: 8-bit codes over 255, HDR as is. 16-bit channels lose their low byte unless
+/// `options` want them whole; alpha is dropped; grey stays grey.
+pub(super) fn decode(
+    bytes: &[u8],
+    format: ImageFormat,
+    options: &DecodeOptions,
+) -> Result<Image, ImageError> {
+    let plain;
+    let bytes = if format == ImageFormat::Hdr {
+        plain = hdr::normalised(bytes)?;
+        plain.as_slice()
+    } else {
+        bytes
+    };
+    let reader = || ImageReader::with_format(Cursor::new(bytes), format);
+    // What is decoded, and the samples made of it, exist at once.
+    let (width, height) = reader().into_dimensions().map_err(decoding_error)?;
+    options.fits(width as usize, height as usize, DECODED_CHANNELS)?;
     let mut limits = Limits::default();
     limits.max_alloc = Some(codec::sample_budget(bytes.len()) as u64);
-    let mut reader = ImageReader::with_format(Cursor::new(bytes), format);
+    let mut reader = reader();
     reader.limits(limits);
     let decoded = reader.decode().map_err(decoding_error)?;
+    let from_u16 = if options.full_depth {
+        from_whole_u16
+    } else {
+        from_u16
+    };
     let (width, height) = (decoded.width() as usize, decoded.height() as usize);
     let (channels, data) = match decoded {
         DynamicImage::ImageLuma8(pixels) => (1, keep(&pixels, 1, 1, from_u8)),
@@ -85,6 +109,11 @@ fn from_u8(code: u8) -> f32 {
     f32::from(code) / 255.0
 }
 
+fn from_whole_u16(code: u16) -> f32 {
+    f32::from(code) / 65535.0
+}
+
+/// As the scene format has it.
 fn from_u16(code: u16) -> f32 {
     from_u8((code >> 8) as u8)
 }

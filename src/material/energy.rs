@@ -27,7 +27,7 @@ impl Materials {
     /// The largest directional albedo found among a few directions and all channels, if it is certainly above `most`.
     /// Only materials that are the same everywhere are looked at, and what their surface scatters at once.
     pub fn albedo_above(&self, id: MaterialId, most: f64) -> Option<f64> {
-        if !self.is_uniform(id) {
+        if !self.is_uniform(id) || self.scatters_at_most(id, most) {
             return None;
         }
         let largest = COSINES.map(|cos| {
@@ -39,6 +39,24 @@ impl Materials {
             (second.mean - SIGMAS * second.standard_error > most).then_some(second.mean)
         });
         largest.into_iter().flatten().reduce(f64::max)
+    }
+
+    /// Whether the coefficients of all lobes together are at most `most`: nothing need be drawn to know that.
+    fn scatters_at_most(&self, id: MaterialId, most: f64) -> bool {
+        let bsdf = self.flat_bsdf(id);
+        f64::from(bsdf.max_albedo()) <= most
+    }
+
+    /// The lobes of a material that is the same everywhere, on a plane.
+    fn flat_bsdf(&self, id: MaterialId) -> Bsdf<'_> {
+        let frame = Frame::from_z(Vec3::new(0.0, 0.0, 1.0));
+        let at = Inputs {
+            ctx: &TextureContext::at_point(Point3::ZERO, [0.5; 2]),
+            textures: &Textures::default(),
+        };
+        let mut bsdf = Bsdf::new(frame, frame.n.into());
+        self.scatter(id, &at, &mut bsdf);
+        bsdf
     }
 
     /// Whether nothing that a material or its parts read varies.
@@ -59,13 +77,7 @@ impl Materials {
 
     /// The directional albedo seen under a cosine, in the brightest channel, by `n` directions.
     fn albedo(&self, id: MaterialId, cos: f32, n: u32) -> Albedo {
-        let frame = Frame::from_z(Vec3::new(0.0, 0.0, 1.0));
-        let at = Inputs {
-            ctx: &TextureContext::at_point(Point3::ZERO, [0.5; 2]),
-            textures: &Textures::default(),
-        };
-        let mut bsdf = Bsdf::new(frame, frame.n.into());
-        self.scatter(id, &at, &mut bsdf);
+        let bsdf = self.flat_bsdf(id);
         let wo = Vec3::new((1.0 - cos * cos).sqrt(), 0.0, cos);
         let mut rng = Rng::new(0);
         let (mut sum, mut squares) = ([0.0; 3], [0.0; 3]);

@@ -8,6 +8,7 @@ use crate::scatter::bssrdf::SubsurfaceExit;
 use crate::scatter::diffuse::{Diffuse, DiffuseTransmission};
 use crate::scatter::disney::{Clearcoat, DisneyBase};
 use crate::scatter::fourier::FourierTable;
+use crate::scatter::fresnel::Fresnel;
 use crate::scatter::fresnel_blend::FresnelBlend;
 use crate::scatter::hair::Hair;
 use crate::scatter::rough_dielectric::RoughDielectric;
@@ -203,6 +204,29 @@ impl Bxdf<'_> {
         }
     }
 
+    /// What part of the light it scatters at most, where its coefficients tell.
+    fn max_albedo(&self) -> Option<Rgb> {
+        match self {
+            Self::Diffuse(lobe) => lobe.is_lambertian().then(|| lobe.kd()),
+            Self::DiffuseTransmission(lobe) => Some(lobe.kt),
+            Self::Mirror(lobe) => Some(lobe.kr),
+            Self::PassThrough(lobe) => Some(lobe.kt),
+            // Facets send on what their Fresnel factor leaves, or less where others are in the way.
+            Self::RoughReflection(lobe) => {
+                let is_bounded = !matches!(lobe.fresnel, Fresnel::Disney { .. });
+                is_bounded.then_some(lobe.r)
+            }
+            Self::SmoothDielectric(lobe) => Some(lobe.kr + lobe.kt),
+            Self::RoughDielectric(_)
+            | Self::FresnelBlend(_)
+            | Self::SubsurfaceExit(_)
+            | Self::Hair(_)
+            | Self::Fourier(_)
+            | Self::DisneyBase(_)
+            | Self::Clearcoat(_) => None,
+        }
+    }
+
     /// Draws a direction; `u_part` chooses among the parts of a lobe that has several. `None` where nothing scatters.
     #[inline]
     pub fn sample(
@@ -332,6 +356,16 @@ impl<'a> Bsdf<'a> {
             scale: Rgb::ONE,
             lobes: ArrayVec::new(),
         }
+    }
+
+    /// What all lobes together scatter at most, in the brightest channel; infinite where a lobe does not tell.
+    pub fn max_albedo(&self) -> f32 {
+        let of_lobe = |lobe: &Lobe<'_>| match lobe.bxdf.max_albedo() {
+            Some(albedo) => lobe.scale * albedo,
+            None => Rgb::splat(f32::INFINITY),
+        };
+        let sum: Rgb = self.lobes.iter().map(of_lobe).sum();
+        sum.max_component()
     }
 
     /// Sets the relative index of refraction that Russian roulette compensates for.

@@ -36,6 +36,11 @@ impl Diffuse {
         self.kd
     }
 
+    /// Whether it follows Lambert's law.
+    pub fn is_lambertian(&self) -> bool {
+        self.b == 0.0
+    }
+
     /// Value in sr⁻¹, cosine excluded, the same on both sides of the horizon: which side counts is decided by the
     /// geometric normal in [`crate::scatter::Bsdf`].
     #[inline]

@@ -70,6 +70,36 @@ impl Default for Mesh {
 }
 
 impl Mesh {
+    /// Whether another mesh could be part of this one: nothing but vertices and triangles tells them apart.
+    pub fn has_room_for(&self, other: &Self) -> bool {
+        let rest = |mesh: &Self| {
+            (
+                mesh.normals.is_empty(),
+                mesh.tangents.is_empty(),
+                mesh.uvs.is_empty(),
+                mesh.reverse_orientation,
+                mesh.flip_face,
+                mesh.unit.to_bits(),
+            )
+        };
+        let n_positions = self.positions.len() + other.positions.len();
+        rest(self) == rest(other) && u32::try_from(n_positions).is_ok()
+    }
+
+    /// Adds the triangles of another mesh behind those of this one; see [`Mesh::has_room_for`].
+    pub fn append(&mut self, other: &Self) {
+        let first = self.positions.len() as u32;
+        self.positions.extend_from_slice(&other.positions);
+        self.normals.extend_from_slice(&other.normals);
+        self.tangents.extend_from_slice(&other.tangents);
+        self.uvs.extend_from_slice(&other.uvs);
+        let moved = other
+            .triangles
+            .iter()
+            .map(|corners| corners.map(|corner| first + corner));
+        self.triangles.extend(moved);
+    }
+
     /// Number of triangles.
     pub fn n_triangles(&self) -> usize {
         self.triangles.len()

@@ -89,7 +89,7 @@ fn strict_reports_the_faults_of_all_phases_at_once() {
 }
 
 #[test]
-fn many_findings_of_one_kind_are_cut_on_the_screen_but_not_in_the_report() {
+fn many_findings_of_one_kind_are_cut_on_the_screen() {
     let room = Room::new();
     let meshes: String = (0..60)
         .map(|i| format!("Shape \"plymesh\" \"string filename\" \"{i}.ply\"\n"))

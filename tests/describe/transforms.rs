@@ -155,14 +155,9 @@ fn look_at_with_up_along_the_view_warns_and_takes_some_perpendicular() {
 
 #[test]
 fn degenerate_and_non_finite_transforms_are_located_and_left_out() {
-    let mut flat = DMat4::IDENTITY.to_cols_array();
-    flat[5] = 0.0;
-    let mut dependent = DMat4::IDENTITY.to_cols_array();
-    dependent[..11].copy_from_slice(&[0.1, 0.2, 0.3, 0.0, 0.4, 0.5, 0.6, 0.0, 0.7, 0.8, 0.9]);
     let mut unbounded = DMat4::IDENTITY.to_cols_array();
     unbounded[12] = f64::INFINITY;
     for (directive, code) in [
-        (Directive::Scale([0.0, 1.0, 1.0]), "singular-transform"),
         (Directive::Scale([1.0, f64::NAN, 1.0]), "not-finite"),
         (
             Directive::Translate([f64::INFINITY, 0.0, 0.0]),
@@ -198,9 +193,7 @@ fn degenerate_and_non_finite_transforms_are_located_and_left_out() {
             },
             "not-finite",
         ),
-        (Directive::Transform(flat), "singular-transform"),
         (Directive::Transform(unbounded), "not-finite"),
-        (Directive::ConcatTransform(dependent), "singular-transform"),
         (Directive::ConcatTransform([f64::NAN; 16]), "not-finite"),
     ] {
         let (description, diagnostics) = run(world([
@@ -265,6 +258,142 @@ fn a_projective_matrix_is_reported_and_made_affine() {
     );
     let start = description.frames[0].shapes[0].world_from_object.start;
     assert_eq!(start, DMat4::from_translation(DVec3::X));
+}
+
+fn scaled(factors: [f64; 3]) -> Directive {
+    Directive::Scale(factors)
+}
+
+/// Matrices without an inverse.
+fn flattening() -> [Directive; 4] {
+    let mut flat = DMat4::IDENTITY.to_cols_array();
+    flat[5] = 0.0;
+    let mut dependent = DMat4::IDENTITY.to_cols_array();
+    dependent[..11].copy_from_slice(&[0.1, 0.2, 0.3, 0.0, 0.4, 0.5, 0.6, 0.0, 0.7, 0.8, 0.9]);
+    [
+        scaled([0.0; 3]),
+        scaled([1.0, 0.0, 1.0]),
+        Directive::Transform(flat),
+        Directive::ConcatTransform(dependent),
+    ]
+}
+
+#[test]
+fn what_is_below_a_singular_transform_vanishes() {
+    let light = || Directive::LightSource(plugin("point", []));
+    for directive in flattening() {
+        let (description, diagnostics) = run(world([
+            Directive::ObjectBegin(name("o")),
+            sphere(),
+            Directive::ObjectEnd,
+            Directive::AttributeBegin,
+            directive.clone(),
+            // Nothing brings space back but a new transform.
+            Directive::Rotate {
+                degrees: 30.0,
+                axis: [1.0, 2.0, 3.0],
+            },
+            scaled([1e6, 1e-6, 1e3]),
+            sphere(),
+            light(),
+            Directive::ObjectInstance(name("o")),
+            Directive::CoordinateSystem(name("flat")),
+            Directive::TransformBegin,
+            Directive::Identity,
+            sphere(),
+            Directive::CoordSysTransform(name("flat")),
+            sphere(),
+            Directive::TransformEnd,
+            Directive::AttributeEnd,
+            sphere(),
+        ]));
+        let finding = only(&diagnostics, "singular-transform");
+        assert_eq!(finding.severity, Severity::Warning, "{directive:?}");
+        assert_eq!(finding.span.unwrap().lo, 500, "{directive:?}");
+        let frame = &description.frames[0];
+        assert_eq!(frame.shapes.len(), 2, "{directive:?}");
+        assert!(frame.lights.is_empty() && frame.instances.is_empty());
+        let left = frame
+            .shapes
+            .iter()
+            .map(|shape| shape.world_from_object.start);
+        assert!(left.into_iter().all(|matrix| matrix == DMat4::IDENTITY));
+    }
+}
+
+#[test]
+fn a_singular_transform_above_nothing_is_silent() {
+    for directive in flattening() {
+        let (description, diagnostics) = run(world([
+            Directive::ObjectBegin(name("empty")),
+            Directive::ObjectEnd,
+            Directive::AttributeBegin,
+            directive.clone(),
+            Directive::ObjectInstance(name("empty")),
+            Directive::Identity,
+            sphere(),
+            Directive::AttributeEnd,
+        ]));
+        assert_eq!(codes(&diagnostics), [""; 0], "{directive:?}");
+        assert_eq!(description.frames[0].shapes.len(), 1);
+    }
+}
+
+#[test]
+fn a_shape_that_shrinks_to_nothing_vanishes() {
+    let (description, diagnostics) = run(world([
+        Directive::ActiveTransform(ActiveTransform::EndTime),
+        scaled([0.0; 3]),
+        sphere(),
+        Directive::Identity,
+        sphere(),
+    ]));
+    only(&diagnostics, "singular-transform");
+    assert_eq!(description.frames[0].shapes.len(), 1);
+}
+
+#[test]
+fn no_camera_stands_below_a_singular_transform() {
+    let mut directives = vec![
+        scaled([1.0, 1.0, 0.0]),
+        Directive::Camera(plugin("perspective", [])),
+    ];
+    directives.extend(world([sphere()]));
+    let (description, diagnostics) = run(directives);
+    let finding = only(&diagnostics, "singular-transform");
+    assert_eq!(finding.severity, Severity::Error);
+    let camera = description.frames[0].camera.world_from_camera;
+    assert_eq!(camera.start, DMat4::IDENTITY);
+}
+
+#[test]
+fn a_projective_row_that_changes_nothing_is_a_warning() {
+    let bent = |row: f64| {
+        let mut bent = DMat4::from_translation(DVec3::X).to_cols_array();
+        bent[3] = row;
+        bent
+    };
+    // Nothing is below the first, and rounding hides the second.
+    for directives in [
+        vec![
+            Directive::AttributeBegin,
+            Directive::Transform(bent(0.5)),
+            Directive::AttributeEnd,
+            sphere(),
+        ],
+        vec![Directive::ConcatTransform(bent(1e-9)), sphere()],
+    ] {
+        let (description, diagnostics) = run(world(directives));
+        let finding = only(&diagnostics, "projective-transform");
+        assert_eq!(finding.severity, Severity::Warning);
+        assert_eq!(description.frames[0].shapes.len(), 1);
+    }
+    // Far from the origin, as little matters.
+    let mut far = bent(1e-9);
+    far[12] = 1e6;
+    let (_, diagnostics) = run(world([Directive::ConcatTransform(far), sphere()]));
+    let finding = only(&diagnostics, "projective-transform");
+    assert_eq!(finding.severity, Severity::Error);
 }
 
 #[test]

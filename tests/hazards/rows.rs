@@ -86,7 +86,7 @@ pub(crate) const ROWS: [Row; 119] = [
         &["src/accel/bvh.rs::g16_seventy_thousand_boxes_in_one_place_build_a_shallow_tree"]),
     row("G17", 1, Held, "rays at vertices and edges", "tight by widened bounds", "no ray escapes; hits as by looking at every element",
         &["tests/shapes/hierarchy.rs::g17_no_ray_escapes_from_a_ball_of_triangles", "tests/shapes/hierarchy.rs::g17_every_ray_finds_what_a_look_at_every_element_finds"]),
-    row("G18", 2, Held, "`Scale 1 1 0`", "abort", "located error, the directive is left out",
+    row("G18", 2, Held, "`Scale 1 1 0`", "abort", "what is below it vanishes, with a warning",
         &["tests/shapes/scenes.rs::g12_g18_g19_transforms_that_cannot_be_are_located_and_left_out"]),
     row("G19", 2, Held, "zero axes, equal points", "abort", "located error; up along the view: a warning and any perpendicular",
         &["tests/shapes/scenes.rs::g12_g18_g19_transforms_that_cannot_be_are_located_and_left_out", "tests/hazards/input.rs::g19_lights_without_a_direction_are_errors_and_left_out", "tests/describe/transforms.rs::look_at_with_up_along_the_view_warns_and_takes_some_perpendicular"]),

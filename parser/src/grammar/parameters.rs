@@ -1,6 +1,7 @@
 //! Parameter lists: `"type name" value` pairs to typed values. The declaration stands first, so numbers go straight into
 //! the vector of their type.
 
+use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 use super::{Parsed, Parser, Resync};
@@ -128,7 +129,25 @@ impl Parser<'_> {
             }
         }
         written.shrink_to_fit();
-        ParamList::from_written(written)
+        let (list, replaced) = ParamList::resolved(written);
+        if !replaced.is_empty() {
+            self.report_replaced(&replaced, &list);
+        }
+        list
+    }
+
+    /// Says which parameters were given more than once: the last one counts.
+    fn report_replaced(&mut self, replaced: &[Param], list: &ParamList) {
+        let kept: HashMap<_, _> = list.iter().map(|param| (param.key(), param)).collect();
+        for param in replaced {
+            let message = format!("\"{}\" is given twice", excerpt(param.name.as_bytes()));
+            let found = Diagnostic::warning("repeated-parameter", param.decl_span, message)
+                .with_label("this one has no effect");
+            self.report(match kept.get(&param.key()) {
+                Some(kept) => found.with_note(kept.decl_span, "the last one counts"),
+                None => found,
+            });
+        }
     }
 
     /// One parameter behind its declaration; `None` when it has to be dropped.

@@ -142,10 +142,7 @@ fn read_all(
     let mut shapes = Vec::with_capacity(read.len());
     for (shape, found) in read {
         shapes.extend(shape);
-        found
-            .list
-            .into_iter()
-            .for_each(|diagnostic| diagnostics.push(diagnostic));
+        diagnostics.append(found);
     }
     shapes
 }

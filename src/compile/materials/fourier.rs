@@ -6,7 +6,7 @@ use tyndall_parser::source::Spanned;
 
 use super::MaterialBuilder;
 use super::models::default_matte;
-use crate::compile::assets::Assets;
+use crate::compile::assets::{Assets, read_file};
 use crate::compile::textures::TextureBuilder;
 use crate::describe::description::ShapeEntity;
 use crate::ids::FourierTableId;
@@ -65,10 +65,8 @@ fn read(file: &Spanned<String>, assets: &dyn Assets) -> Result<FourierTable, Box
     let fail = |code: &'static str, message: String| {
         Box::new(Diagnostic::error(code, file.span, message).with_label("the surface is black"))
     };
-    let bytes = assets.read(file).map_err(|error| {
-        let message = format!("cannot read \"{}\": {error}", file.value);
-        fail("missing-file", message)
-    })?;
+    let bytes = read_file(file, assets)
+        .map_err(|missing| Box::new(missing.with_label("the surface is black")))?;
     fourier::decode((*bytes).as_ref()).map_err(|error| {
         let message = format!("cannot use \"{}\": {error}", file.value);
         fail("bad-bsdf", message)

@@ -2,7 +2,7 @@
 
 use super::ParamReader;
 use super::values::count_of;
-use tyndall_parser::diagnostic::Diagnostic;
+use tyndall_parser::diagnostic::{Diagnostic, MAX_PER_KIND};
 use tyndall_parser::params::{Param, ParamClass, ParamList, ParamValue};
 use tyndall_parser::schema::{self, Family, ParamSchema, PluginRef};
 
@@ -25,16 +25,25 @@ impl ParamReader<'_> {
             return;
         }
         let list = self.params.list();
-        self.diagnostics.list.extend(
-            list.params
-                .iter()
-                .filter_map(|param| without_effect(param, list, plugins)),
-        );
+        let mut n_unknown = 0;
+        let findings = list.params.iter().filter_map(|param| {
+            // What was meant is asked of every name there is: not for more than anybody reads.
+            let suggests = n_unknown < MAX_PER_KIND;
+            let found = without_effect(param, list, plugins, suggests)?;
+            n_unknown += 1;
+            Some(found)
+        });
+        self.diagnostics.extend(findings);
     }
 }
 
 /// Why a parameter of a list has no effect on any of the plugins; `None` when it has one.
-fn without_effect(param: &Param, list: &ParamList, plugins: &[PluginRef]) -> Option<Diagnostic> {
+fn without_effect(
+    param: &Param,
+    list: &ParamList,
+    plugins: &[PluginRef],
+    suggests: bool,
+) -> Option<Diagnostic> {
     let class = param.value.class();
     let warning =
         |message: String| Diagnostic::warning("unused-parameter", param.decl_span, message);
@@ -80,7 +89,9 @@ fn without_effect(param: &Param, list: &ParamList, plugins: &[PluginRef]) -> Opt
     let names = plugins
         .iter()
         .flat_map(|plugin| plugin.schema.param_names());
-    unknown.help = schema::did_you_mean(&param.name, names);
+    if suggests {
+        unknown.help = schema::did_you_mean(&param.name, names);
+    }
     Some(unknown)
 }
 

@@ -5,6 +5,7 @@ use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::source::Span;
 
 use super::{INSTEAD, checked_triangles, drop_non_finite};
+use crate::compile::assets::{Assets, lack_of_memory};
 use crate::compile::reader::ParamReader;
 use crate::shape::Mesh;
 use crate::shape::heightfield;
@@ -14,11 +15,15 @@ use crate::shape::subdivision::loop_limit;
 /// Most triangles a subdivided mesh may have, about a gigabyte of them.
 const MAX_TRIANGLES: usize = 1 << 24;
 
+/// Memory that a triangle takes while its mesh is subdivided: its corners, half edges and half a vertex, with those of the
+/// level before.
+const BYTES_PER_FACE: u128 = 128;
+
 fn report(p: &mut ParamReader, code: &'static str, span: Span, message: String) {
     p.report(Diagnostic::error(code, span, message).with_label(INSTEAD));
 }
 
-pub(super) fn subdivision(p: &mut ParamReader) -> Option<Mesh> {
+pub(super) fn subdivision(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
     let (positions_span, indices_span) = (p.span("P"), p.span("indices"));
     let levels_span = p.span("levels");
     let wanted = p.int("levels").max(0) as u32;
@@ -42,6 +47,12 @@ pub(super) fn subdivision(p: &mut ParamReader) -> Option<Mesh> {
             Diagnostic::warning("too-fine", levels_span, message)
                 .with_label(format!("{levels} are used instead")),
         );
+    }
+    let n_bytes = (cage.n_triangles() as u128) << (2 * levels);
+    if let Some(lack) = lack_of_memory(n_bytes * BYTES_PER_FACE, assets) {
+        let message = format!("a mesh subdivided {levels} times {lack}");
+        report(p, "too-large", levels_span, message);
+        return None;
     }
     match loop_limit(&cage.positions, &cage.triangles, levels) {
         Ok(mesh) => Some(mesh),

@@ -5,10 +5,11 @@ use std::collections::HashMap;
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Spanned;
 
-use crate::compile::assets::{Assets, extension};
+use crate::compile::assets::{Assets, extension, lack_of_memory, read_file};
 use crate::compile::textures::TextureBuilder;
 use crate::compile::textures::kind::Kind;
 use crate::ids::ImageId;
+use crate::image::codec::{DecodeOptions, Decoded};
 use crate::image::mip::{MipMap, Wrap};
 use crate::image::repair::{Samples, repair};
 use crate::image::{Image, codec, srgb};
@@ -103,29 +104,40 @@ pub(in crate::compile) fn read_image(
     instead: &str,
     diagnostics: &mut Diagnostics,
 ) -> Option<Image> {
-    let mut fail = |code: &'static str, message: String| {
-        diagnostics.push(Diagnostic::error(code, file.span, message).with_label(instead));
-    };
-    let bytes = match assets.read(file) {
+    let bytes = match read_file(file, assets) {
         Ok(bytes) => bytes,
-        Err(error) => {
-            fail(
-                "missing-file",
-                format!("cannot read \"{}\": {error}", file.value),
-            );
+        Err(missing) => {
+            diagnostics.push(missing.with_label(instead));
             return None;
         }
     };
-    let mut image = match codec::decode((*bytes).as_ref(), extension(&file.value)) {
-        Ok(decoded) => decoded.image,
+    let options = DecodeOptions {
+        max_bytes: assets.memory_left(),
+        ..DecodeOptions::default()
+    };
+    let mut image = match codec::decode_with((*bytes).as_ref(), extension(&file.value), &options) {
+        Ok(Decoded {
+            file: decoded,
+            note,
+        }) => {
+            if let Some(note) = note {
+                let message = format!("\"{}\" holds more than a picture: {note}", file.value);
+                diagnostics.push(Diagnostic::warning("image-part", file.span, message));
+            }
+            decoded.image
+        }
         Err(error) => {
-            fail(
-                "bad-image",
-                format!("cannot decode \"{}\": {error}", file.value),
-            );
+            let message = format!("cannot decode \"{}\": {error}", file.value);
+            let found = Diagnostic::error("bad-image", file.span, message);
+            diagnostics.push(found.with_label(instead));
             return None;
         }
     };
+    if let Some(lack) = lack_of_memory(bytes_of_pyramid(&image), assets) {
+        let message = format!("a pyramid of \"{}\" {lack}", file.value);
+        diagnostics.push(Diagnostic::error("too-large", file.span, message).with_label(instead));
+        return None;
+    }
     let repairs = repair(&mut image, samples);
     if repairs.total() > 0 {
         let message = format!(
@@ -136,4 +148,12 @@ pub(in crate::compile) fn read_image(
         diagnostics.push(Diagnostic::warning("bad-texels", file.span, message));
     }
     Some(image)
+}
+
+/// Memory of the pyramid that is made of an image: its sides grow to powers of two, and the smaller levels are a third
+/// more.
+fn bytes_of_pyramid(image: &Image) -> u128 {
+    let sides = [image.width(), image.height()].map(|side| side.next_power_of_two() as u128);
+    let n_samples = sides[0] * sides[1] * image.channels() as u128;
+    n_samples * size_of::<f32>() as u128 * 4 / 3
 }

@@ -2,7 +2,7 @@
 
 use super::Builder;
 use crate::describe::description::{CameraEntity, Entity, Frame, TransformPair};
-use crate::describe::state::{Block, Ctm, default_entity};
+use crate::describe::state::{Block, CoordinateSystem, Ctm, default_entity};
 use glam::DMat4;
 use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::source::Span;
@@ -12,9 +12,14 @@ impl Builder {
         self.draft.world = Some(span);
         self.draft.allowed.clear();
         self.draft.ctm = Ctm::default();
+        let system = CoordinateSystem {
+            pair: self.draft.ctm.pair(),
+            flaws: None,
+            span,
+        };
         self.draft
             .coordinate_systems
-            .insert("world".to_owned(), (self.draft.ctm.pair(), span));
+            .insert("world".to_owned(), system);
     }
 
     pub(super) fn world_end(&mut self, span: Span) {
@@ -29,6 +34,7 @@ impl Builder {
                 .with_note(span, "the world ends here"),
             );
         }
+        self.report_idle_matrices();
         // pbrt-v3 makes the camera here, so it takes the medium from here.
         let camera_medium = self.media().outside;
         let draft = std::mem::take(&mut self.draft);

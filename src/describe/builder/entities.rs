@@ -6,7 +6,7 @@ use crate::describe::description::{
     MediumPair, MediumRef, TextureBinding, TextureEntity, TextureRef, TextureType, TransformPair,
 };
 use crate::describe::names::Suggester;
-use crate::describe::state::{Draft, Interface};
+use crate::describe::state::{CoordinateSystem, Ctm, Draft, Interface};
 use tyndall_parser::diagnostic::Diagnostic;
 use tyndall_parser::directive::Plugin;
 use tyndall_parser::params::{ParamList, ParamValue};
@@ -54,6 +54,19 @@ impl Builder {
     }
 
     pub(super) fn camera(&mut self, plugin: Plugin, span: Span) {
+        if let Some(by) = self.draft.ctm.hidden_by() {
+            self.diagnostics.push(
+                Diagnostic::error(
+                    "singular-transform",
+                    by,
+                    "this transform has no inverse: no camera can stand below it",
+                )
+                .with_label("all transforms above the camera are left out")
+                .with_note(span, "the camera"),
+            );
+            self.draft.ctm = Ctm::default();
+        }
+        self.is_hidden("the camera", span);
         let ctm = self.draft.ctm.pair();
         let inverse = TransformPair {
             start: ctm.start.inverse(),
@@ -75,9 +88,14 @@ impl Builder {
                 .with_help("undo it with Scale, or write the camera's distances in its own space"),
             );
         }
+        let system = CoordinateSystem {
+            pair: inverse,
+            flaws: None,
+            span,
+        };
         self.draft
             .coordinate_systems
-            .insert("camera".to_owned(), (inverse, span));
+            .insert("camera".to_owned(), system);
         let entity = self.entity(plugin, span);
         self.draft.options.camera = Some(CameraEntity {
             entity,
@@ -292,6 +310,9 @@ impl Builder {
     }
 
     pub(super) fn light_source(&mut self, plugin: Plugin, span: Span) {
+        if self.is_hidden("a light", span) {
+            return;
+        }
         self.warn_if_animated("a light", span);
         let medium = self.media().outside;
         let entity = self.entity(plugin, span);

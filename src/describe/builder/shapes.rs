@@ -13,6 +13,9 @@ use tyndall_parser::source::{Span, Spanned};
 
 impl Builder {
     pub(super) fn shape(&mut self, plugin: Plugin, span: Span) {
+        if self.is_hidden("a shape", span) {
+            return;
+        }
         let graphics = self.draft.graphics;
         let material = &self.draft.materials[graphics.material.0 as usize].entity;
         let has_surface = !matches!(material.kind.value.as_str(), "" | "none");
@@ -129,6 +132,9 @@ impl Builder {
             return;
         };
         if self.draft.objects[object.0 as usize].shapes.is_empty() {
+            return;
+        }
+        if self.is_hidden("an instance", span) {
             return;
         }
         let ctm = &self.draft.ctm;

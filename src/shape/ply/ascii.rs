@@ -75,9 +75,9 @@ pub(super) fn read(
         .zip(&element.uses)
         .map(|(property, usage)| (*usage, matches!(property.data_type, PropertyType::List(..))))
         .collect();
-    let mut corners = Vec::new();
+    let mut lists = Lists::default();
     for index in 0..element.n_items() {
-        read_item(element.role, &columns, &mut words, &mut corners, builder).map_err(|fault| {
+        read_item(element.role, &columns, &mut words, &mut lists, builder).map_err(|fault| {
             let line = Place::Line(header.line_of(bytes, words.at));
             match fault {
                 Fault::Ended => ends_early(element, index, line),
@@ -88,11 +88,18 @@ pub(super) fn read(
     Ok(words.at)
 }
 
+/// The lists of a face.
+#[derive(Default)]
+struct Lists {
+    corners: Vec<f64>,
+    uvs: Vec<f32>,
+}
+
 fn read_item(
     role: Role,
     columns: &[(Use, bool)],
     words: &mut Words<'_>,
-    corners: &mut Vec<f64>,
+    lists: &mut Lists,
     builder: &mut Builder,
 ) -> Result<(), Fault> {
     let mut vertex = [0.0; 8];
@@ -108,9 +115,15 @@ fn read_item(
             Use::Slot(slot) => vertex[slot] = words.number()?.to_f32(),
             Use::FaceIndex => face_index = words.number()?.to_f64(),
             Use::Corners => {
-                corners.clear();
+                lists.corners.clear();
                 for _ in 0..words.length()? {
-                    corners.push(words.number()?.to_f64());
+                    lists.corners.push(words.number()?.to_f64());
+                }
+            }
+            Use::CornerUvs => {
+                lists.uvs.clear();
+                for _ in 0..words.length()? {
+                    lists.uvs.push(words.number()?.to_f32());
                 }
             }
         }
@@ -118,7 +131,7 @@ fn read_item(
     match role {
         Role::Vertex => builder.vertex(vertex),
         Role::Face => builder
-            .face_of_numbers(corners, face_index)
+            .face_of_numbers(&lists.corners, face_index, &lists.uvs)
             .map_err(Fault::Wrong)?,
         Role::Other => {}
     }

@@ -1,5 +1,7 @@
 //! What every reader feeds: collects vertices and faces, cuts faces into triangles, and checks the whole at the end.
 
+use std::collections::HashMap;
+
 use glam::DVec3;
 
 use super::header::Header;
@@ -21,6 +23,13 @@ pub(super) struct Builder {
     polygons: Vec<(usize, usize, usize)>,
     /// Scratch of [`Builder::face_of_numbers`].
     corners: Vec<u32>,
+    /// Whether faces carry texture coordinates; they are handed in as such.
+    pub(super) has_corner_uvs: bool,
+    has_idle_corner_uvs: bool,
+    /// Texture coordinates of the corners of each triangle, where faces carry them.
+    corner_uvs: Vec<[[f32; 2]; 3]>,
+    /// Faces whose texture coordinates are not two for each corner.
+    misfit_uvs: Tally,
 }
 
 /// How many, and which was the first.
@@ -65,6 +74,10 @@ impl Builder {
             short_faces: Tally::default(),
             polygons: Vec::new(),
             corners: Vec::new(),
+            has_corner_uvs: header.has_corner_uvs,
+            has_idle_corner_uvs: header.has_idle_corner_uvs,
+            corner_uvs: Vec::new(),
+            misfit_uvs: Tally::default(),
         }
     }
 
@@ -79,11 +92,12 @@ impl Builder {
         }
     }
 
-    /// Adds a face whose corners may be anything.
+    /// Adds a face whose corners may be anything; `uvs` are the texture coordinates of all of them.
     pub(super) fn face_of_numbers(
         &mut self,
         numbers: &[f64],
         face_index: f64,
+        uvs: &[f32],
     ) -> Result<(), String> {
         let mut corners = std::mem::take(&mut self.corners);
         corners.clear();
@@ -94,6 +108,9 @@ impl Builder {
             corners.push(number as u32);
         }
         let added = self.face(&corners, face_index as i32);
+        if self.has_corner_uvs && added.is_ok() {
+            self.add_corner_uvs(corners.len(), uvs);
+        }
         self.corners = corners;
         added.map_err(|corner| self.no_vertex(f64::from(corner)))
     }
@@ -118,6 +135,59 @@ impl Builder {
         }
         self.n_faces += 1;
         Ok(())
+    }
+
+    /// Adds the texture coordinates of the face that was added last, cut as it was.
+    fn add_corner_uvs(&mut self, n_corners: usize, uvs: &[f32]) {
+        if uvs.len() != 2 * n_corners {
+            self.misfit_uvs.add(self.n_faces - 1);
+        }
+        // What is missing is 0.
+        let uv = |corner: usize| {
+            let at = |k: usize| uvs.get(2 * corner + k).copied().unwrap_or(0.0);
+            [at(0), at(1)]
+        };
+        match n_corners {
+            3 => self.corner_uvs.push([0, 1, 2].map(uv)),
+            4 => self
+                .corner_uvs
+                .extend([[0, 1, 2].map(uv), [3, 0, 2].map(uv)]),
+            n => {
+                let fan = (1..n.saturating_sub(1)).map(|k| [0, k, k + 1].map(uv));
+                self.corner_uvs.extend(fan);
+            }
+        }
+    }
+
+    /// Gives the texture coordinates of corners to vertices: a vertex that has several becomes several.
+    fn split_vertices(&mut self) {
+        let mesh = &mut self.mesh;
+        let mut owners: Vec<Option<[u32; 2]>> = vec![None; mesh.positions.len()];
+        let mut copies: HashMap<(u32, [u32; 2]), u32> = HashMap::new();
+        mesh.uvs = vec![[0.0; 2]; mesh.positions.len()];
+        for (triangle, uvs) in mesh.triangles.iter_mut().zip(&self.corner_uvs) {
+            for (corner, uv) in triangle.iter_mut().zip(uvs) {
+                let (vertex, key) = (*corner as usize, uv.map(f32::to_bits));
+                match owners[vertex] {
+                    None => {
+                        owners[vertex] = Some(key);
+                        mesh.uvs[vertex] = *uv;
+                    }
+                    Some(owner) if owner == key => {}
+                    Some(_) => {
+                        *corner = *copies.entry((*corner, key)).or_insert_with(|| {
+                            let copy = mesh.positions.len() as u32;
+                            mesh.positions.push(mesh.positions[vertex]);
+                            if !mesh.normals.is_empty() {
+                                mesh.normals.push(mesh.normals[vertex]);
+                            }
+                            mesh.uvs.push(*uv);
+                            copy
+                        });
+                    }
+                }
+            }
+        }
     }
 
     /// Adds a face that is neither triangle nor quad.
@@ -148,12 +218,22 @@ impl Builder {
             warnings.push(PlyWarning::NoFaces);
         }
         let short_faces = |count, first| PlyWarning::ShortFaces { count, first };
-        warnings.extend(self.short_faces.warning(short_faces));
+        warnings.extend(std::mem::take(&mut self.short_faces).warning(short_faces));
         warnings.extend(
             folded(&self.mesh, &self.polygons)
                 .warning(|count, first| PlyWarning::FoldedPolygons { count, first }),
         );
-        warnings.extend(drop_non_finite(&mut self.mesh));
+        warnings.extend(drop_non_finite(&mut self.mesh, &mut self.corner_uvs));
+        if self.has_idle_corner_uvs {
+            warnings.push(PlyWarning::IdleCornerUvs);
+        }
+        warnings.extend(
+            std::mem::take(&mut self.misfit_uvs)
+                .warning(|count, first| PlyWarning::MisfitCornerUvs { count, first }),
+        );
+        if self.has_corner_uvs {
+            self.split_vertices();
+        }
 
         let is_usable = |n: &[f32; 3]| n.iter().all(|x| x.is_finite()) && *n != [0.0; 3];
         let unusable = Tally::of(&self.mesh.normals, |n| !is_usable(n));
@@ -182,7 +262,7 @@ impl Builder {
 }
 
 /// Drops the triangles that use a vertex that is not finite.
-fn drop_non_finite(mesh: &mut PlyMesh) -> Option<PlyWarning> {
+fn drop_non_finite(mesh: &mut PlyMesh, corner_uvs: &mut Vec<[[f32; 2]; 3]>) -> Option<PlyWarning> {
     let is_finite = |p: &[f32; 3]| p.iter().all(|x| x.is_finite());
     let odd = Tally::of(&mesh.positions, |p| !is_finite(p));
     if odd.count == 0 {
@@ -195,6 +275,10 @@ fn drop_non_finite(mesh: &mut PlyMesh) -> Option<PlyWarning> {
         let mut triangles = mesh.triangles.iter();
         mesh.face_indices
             .retain(|_| triangles.next().is_some_and(is_kept));
+    }
+    if !corner_uvs.is_empty() {
+        let mut triangles = mesh.triangles.iter();
+        corner_uvs.retain(|_| triangles.next().is_some_and(is_kept));
     }
     mesh.triangles.retain(is_kept);
     let dropped = n_before - mesh.triangles.len();

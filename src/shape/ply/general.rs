@@ -115,7 +115,7 @@ fn add(
         }
     })?;
     let mut vertex = [0.0; 8];
-    let mut corners = Vec::new();
+    let (mut corners, mut uvs) = (Vec::new(), Vec::new());
     let mut face_index = 0.0;
     for (property, usage) in properties.iter().zip(&element.uses) {
         match *usage {
@@ -123,12 +123,13 @@ fn add(
             Use::Slot(slot) => vertex[slot] = number(property) as f32,
             Use::FaceIndex => face_index = number(property),
             Use::Corners => corners = list(property),
+            Use::CornerUvs => uvs = list(property).iter().map(|&x| x as f32).collect(),
         }
     }
     match element.role {
         Role::Vertex => builder.vertex(vertex),
         Role::Face => builder
-            .face_of_numbers(&corners, face_index)
+            .face_of_numbers(&corners, face_index, &uvs)
             .map_err(|message| PlyError::invalid(place, message))?,
         Role::Other => {}
     }

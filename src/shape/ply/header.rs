@@ -19,6 +19,9 @@ const UV_NAMES: [[&str; 2]; 4] = [
 /// Names of the list of corners, best first. pbrt-v3 knows only the first; many exporters write the second.
 const CORNERS: [&str; 2] = ["vertex_indices", "vertex_index"];
 
+/// Names of the list of texture coordinates of a face, best first: MeshLab writes the first.
+const CORNER_UVS: [&str; 2] = ["texcoord", "texcoords"];
+
 /// A header that was checked to describe a mesh.
 pub(super) struct Header {
     /// Encoding of the body.
@@ -39,6 +42,10 @@ pub(super) struct Header {
     pub(super) has_faces: bool,
     /// Whether faces carry `face_indices`.
     pub(super) has_face_indices: bool,
+    /// Whether faces carry texture coordinates that are used: those of vertices come first.
+    pub(super) has_corner_uvs: bool,
+    /// Whether faces carry texture coordinates that are not used.
+    pub(super) has_idle_corner_uvs: bool,
 }
 
 /// One element: `count` items of the same properties.
@@ -70,6 +77,8 @@ pub(super) enum Use {
     Corners,
     /// The number of a face.
     FaceIndex,
+    /// The texture coordinates of the corners of a face, as one list u v u v ….
+    CornerUvs,
 }
 
 impl Header {
@@ -120,6 +129,8 @@ impl Header {
             let message = "faces are given as triangle strips (element `tristrips`)";
             return Err(PlyError::unsupported(Place::File, message));
         }
+        let has_uvs = has(6);
+        let gives_corner_uvs = faces.is_some_and(|e| e.uses.contains(&Use::CornerUvs));
         let n_vertices = i32::try_from(vertices.def.count)
             .map_err(|_| PlyError::unsupported(Place::File, "more than 2147483647 vertices"))?;
         Ok(Self {
@@ -128,7 +139,9 @@ impl Header {
             line_end,
             n_vertices: n_vertices.unsigned_abs(),
             has_normals: has(3),
-            has_uvs: has(6),
+            has_uvs,
+            has_corner_uvs: gives_corner_uvs && !has_uvs,
+            has_idle_corner_uvs: gives_corner_uvs && has_uvs,
             has_faces,
             has_face_indices: faces.is_some_and(|e| e.uses.contains(&Use::FaceIndex)),
             elements,
@@ -163,6 +176,12 @@ impl Element {
                 .map(|name| (*name, Use::Corners))
                 .into_iter()
                 .chain([("face_indices", Use::FaceIndex)])
+                .chain(
+                    CORNER_UVS
+                        .iter()
+                        .find(|name| is_list(&def, name))
+                        .map(|name| (*name, Use::CornerUvs)),
+                )
                 .collect(),
             Role::Other => Vec::new(),
         };
@@ -197,6 +216,12 @@ impl Element {
             self.def.count
         }
     }
+}
+
+/// Whether an element has a list of this name.
+fn is_list(def: &ElementDef, name: &str) -> bool {
+    let property = def.properties.get(name);
+    property.is_some_and(|property| matches!(property.data_type, PropertyType::List(..)))
 }
 
 /// The names that matter in a vertex, incomplete normals and texture coordinates left out.

@@ -86,6 +86,20 @@ pub enum PlyWarning {
     },
     /// The file declares no list of vertex indices: the mesh has no triangles.
     NoFaces,
+    /// Faces and vertices have texture coordinates: those of the vertices are used, as in pbrt-v3.
+    IdleCornerUvs,
+    /// Faces whose texture coordinates are not two for each corner; what is missing is 0.
+    MisfitCornerUvs {
+        /// How many faces.
+        count: usize,
+        /// Number of the first, from 0.
+        first: usize,
+    },
+    /// Bytes behind the last element.
+    Surplus {
+        /// How many.
+        count: usize,
+    },
 }
 
 impl fmt::Display for PlyWarning {
@@ -117,6 +131,19 @@ impl fmt::Display for PlyWarning {
             Self::FoldedPolygons { count, first } => write!(
                 f,
                 "{count} polygons are not convex (the first is face {first}); their triangles overlap"
+            ),
+            Self::IdleCornerUvs => write!(
+                f,
+                "faces have texture coordinates, and so have vertices: those of vertices are used"
+            ),
+            Self::MisfitCornerUvs { count, first } => write!(
+                f,
+                "the texture coordinates of {count} faces are not two for each corner (the first is face {first}); \
+                 what is missing is 0"
+            ),
+            Self::Surplus { count } => write!(
+                f,
+                "{count} bytes follow the last element that the header declares; they are not read"
             ),
             Self::NoFaces => f.write_str(
                 "no element `face` with a list `vertex_indices` or `vertex_index`: the mesh is empty",
@@ -210,13 +237,38 @@ pub fn decode(bytes: &[u8]) -> Result<PlyMesh, PlyError> {
     decode_by(bytes, Route::Fastest)
 }
 
+/// As [`decode`], where only so many bytes of memory are left.
+///
+/// # Errors
+///
+/// As [`decode`]; [`PlyError::Unsupported`] for what would not fit.
+pub fn decode_within(bytes: &[u8], max_bytes: u64) -> Result<PlyMesh, PlyError> {
+    decode_limited(bytes, Route::Fastest, max_bytes)
+}
+
 /// As [`decode`], with a choice of readers.
 ///
 /// # Errors
 ///
 /// As [`decode`].
 pub fn decode_by(bytes: &[u8], route: Route) -> Result<PlyMesh, PlyError> {
-    let bytes = plain(bytes)?;
+    decode_limited(bytes, route, u64::MAX)
+}
+
+fn decode_limited(bytes: &[u8], route: Route, max_bytes: u64) -> Result<PlyMesh, PlyError> {
+    let too_large = |n_bytes: u64| {
+        let message = format!(
+            "the mesh takes {} MiB of memory, more than the {} MiB that are left",
+            n_bytes >> 20,
+            max_bytes >> 20
+        );
+        PlyError::unsupported(Place::File, message)
+    };
+    let bytes = plain(bytes, max_bytes / MEMORY_OF_BYTE)?;
+    let n_bytes = (bytes.len() as u64).saturating_mul(MEMORY_OF_BYTE);
+    if n_bytes > max_bytes {
+        return Err(too_large(n_bytes));
+    }
     let header = Header::read(&bytes)?;
     let mut builder = Builder::new(&header);
     let mut at = header.body;
@@ -239,24 +291,41 @@ pub fn decode_by(bytes: &[u8], route: Route) -> Result<PlyMesh, PlyError> {
             }
         };
     }
-    Ok(builder.finish())
+    let mut mesh = builder.finish();
+    let rest = bytes[at.min(bytes.len())..].trim_ascii();
+    if !rest.is_empty() && rest.iter().any(|&byte| byte != 0) {
+        let count = rest.len();
+        mesh.warnings.push(PlyWarning::Surplus { count });
+    }
+    Ok(mesh)
 }
+
+/// Bytes of memory that a byte of a file may become: a face of ASCII, `3 0 1 2`, has 8 bytes and becomes 12, and vectors
+/// grow by doubling.
+const MEMORY_OF_BYTE: u64 = 4;
 
 /// How many times its compressed size a gzipped file may expand to, beyond the first mebibyte. Meshes reach 2 to 20;
 /// gzip itself allows a thousand, which only files made to exhaust memory come near.
 const MAX_EXPANSION: u64 = 200;
 
 /// The bytes of the PLY file itself.
-fn plain(bytes: &[u8]) -> Result<Cow<'_, [u8]>, PlyError> {
+fn plain(bytes: &[u8], max_bytes: u64) -> Result<Cow<'_, [u8]>, PlyError> {
     if !bytes.starts_with(&[0x1f, 0x8b]) {
         return Ok(Cow::Borrowed(bytes));
     }
     let limit = (1 << 20) + MAX_EXPANSION * bytes.len() as u64;
     let mut plain = Vec::new();
     flate2::read::MultiGzDecoder::new(bytes)
-        .take(limit + 1)
+        .take(limit.min(max_bytes) + 1)
         .read_to_end(&mut plain)
         .map_err(|error| PlyError::invalid(Place::File, format!("broken gzip data: {error}")))?;
+    if plain.len() as u64 > max_bytes {
+        let message = format!(
+            "gzip data expands to more than {} MiB of memory allow",
+            max_bytes >> 20
+        );
+        return Err(PlyError::unsupported(Place::File, message));
+    }
     if plain.len() as u64 > limit {
         return Err(PlyError::unsupported(
             Place::File,
