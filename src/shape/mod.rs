@@ -23,6 +23,10 @@ pub use quadric::Quadric;
 /// A shape: one scene-file directive, made of one or more elements (triangles of a mesh, pieces of
 /// curves).
 #[derive(Clone, Debug)]
+#[expect(
+    clippy::large_enum_variant,
+    reason = "shapes are few, and a quadric is met without another look-up"
+)]
 pub enum Shape {
     /// An indexed triangle mesh.
     Mesh(Mesh),

@@ -16,6 +16,7 @@ use std::f64::consts::TAU;
 
 use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
 
+use crate::math::error::EPSILON;
 use crate::math::transform::image_of_box;
 use crate::shape::quadric::revolution::{
     fraction_of_turn, middle_of_box, roots, solve_increasing, turn,
@@ -83,7 +84,7 @@ impl Hyperboloid {
     /// `None` where pbrt-v3 finds no surface, or one that is a plane to single precision.
     fn new(start: DVec3, end: DVec3, phi_max: f64) -> Option<Self> {
         let d = end - start;
-        if d.z == 0.0 {
+        if d.z.abs() <= f64::from(EPSILON) * d.xy().length() {
             return None;
         }
         let beyond = second_point(start, end)?;

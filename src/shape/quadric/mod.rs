@@ -122,8 +122,8 @@ impl Form {
         }
     }
 
-    /// The form as pbrt-v3 shows it where it was defined under `definition_from_object`: see
-    /// [`Hyperboloid::behind_window`].
+    /// The form as pbrt-v3 shows it where it was defined under `definition_from_object`: a hyperboloid that reaches
+    /// beyond the box around its turned ends is met only by lines that pass that box.
     pub fn defined_under(self, definition_from_object: &DAffine3) -> Self {
         match self {
             Self::Hyperboloid(bent) => {
