@@ -77,7 +77,7 @@ impl WorldBounds {
 pub(super) struct View {
     /// Where the camera stands.
     pub(super) eye: DVec3,
-    /// A point and the inward normal of each plane. Without any, nothing is known of what is seen.
+    /// A point and the inward normal of each plane. Without any, everything may be seen.
     pub(super) planes: Option<[(DVec3, DVec3); 5]>,
 }
 
@@ -102,9 +102,8 @@ impl NearPlace {
 impl View {
     /// The point of a box nearest the camera, if the box reaches into the view.
     pub(super) fn nearest_of(&self, bounds: &WorldBounds) -> Option<NearPlace> {
-        let planes = self.planes.as_ref()?;
         let is_within = (bounds.max - bounds.min).min_element() >= 0.0
-            && planes.iter().all(|&(at, inward)| {
+            && self.planes.iter().flatten().all(|&(at, inward)| {
                 let farthest = DVec3::select(inward.cmpge(DVec3::ZERO), bounds.max, bounds.min);
                 (farthest - at).dot(inward) >= 0.0
             });

@@ -6,6 +6,7 @@ use crate::integrator::Counters;
 use crate::light::Wanted;
 use crate::math::Ray;
 use crate::sampler::Sampler;
+use crate::sampling::mis::Heuristic;
 use crate::scatter::{Bsdf, Seen, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
@@ -165,12 +166,17 @@ fn light_along(
         let Some(hit) = world.closest(&ray, f32::INFINITY) else {
             for (id, infinite) in world.infinite_lights() {
                 let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.wanted);
-                light += le * weight(id, pdf_w);
+                // Around media without end both halves are weighed as pbrt-v3 weighs them.
+                let share = match infinite.pdf_in_pbrt(ray.d) {
+                    None => weight(id, pdf_w),
+                    Some(pdf_drawn) => Heuristic::Power.weight(pdf_found, pdf_drawn),
+                };
+                light += le * share;
             }
             return light;
         };
         let surface = world.surface(&ray, &hit);
-        if let Some((id, le)) = world.emitted_onto(at, pdf_found, &hit, &surface, -ray.d)
+        if let Some((id, le)) = world.emitted_onto(at, || pdf_found, &hit, &surface, -ray.d)
             && !le.is_black()
         {
             light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));

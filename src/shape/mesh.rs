@@ -72,15 +72,33 @@ impl Default for Mesh {
 impl Mesh {
     /// Whether another mesh could be part of this one: nothing but vertices and triangles tells them apart.
     pub fn has_room_for(&self, other: &Self) -> bool {
+        // All fields are named, so that a new one has to be thought of here.
         let rest = |mesh: &Self| {
-            (
-                mesh.normals.is_empty(),
-                mesh.tangents.is_empty(),
-                mesh.uvs.is_empty(),
-                mesh.reverse_orientation,
-                mesh.flip_face,
-                mesh.unit.to_bits(),
-            )
+            let Self {
+                positions: _,
+                triangles: _,
+                normals,
+                tangents,
+                uvs,
+                faces,
+                reverse_orientation,
+                flip_face,
+                unit,
+                normal_unit,
+                instance,
+            } = mesh;
+            let lists = [
+                normals.is_empty(),
+                tangents.is_empty(),
+                uvs.is_empty(),
+                faces.is_empty(),
+            ];
+            let orientation = [*reverse_orientation, *flip_face];
+            let units = [*unit, *normal_unit].map(f32::to_bits);
+            let moved_by = instance
+                .as_ref()
+                .map(|map| map.forward.to_cols_array().map(f64::to_bits));
+            (lists, orientation, units, moved_by)
         };
         let n_positions = self.positions.len() + other.positions.len();
         rest(self) == rest(other) && u32::try_from(n_positions).is_ok()
@@ -93,6 +111,7 @@ impl Mesh {
         self.normals.extend_from_slice(&other.normals);
         self.tangents.extend_from_slice(&other.tangents);
         self.uvs.extend_from_slice(&other.uvs);
+        self.faces.extend_from_slice(&other.faces);
         let moved = other
             .triangles
             .iter()

@@ -23,10 +23,6 @@ pub use quadric::Quadric;
 /// A shape: one scene-file directive, made of one or more elements (triangles of a mesh, pieces of
 /// curves).
 #[derive(Clone, Debug)]
-#[expect(
-    clippy::large_enum_variant,
-    reason = "shapes are few, and a quadric is met without another look-up"
-)]
 pub enum Shape {
     /// An indexed triangle mesh.
     Mesh(Mesh),
@@ -137,17 +133,23 @@ impl SurfacePoint {
             + p.abs() * EPSILON as f64;
         let vector = |v: Vec3| Vec3::from_f64(transform.vector(v.to_f64()));
         let unit_normal = |n: Normal3| Normal3::from_f64(transform.normal(n.to_f64()).normalize());
-        let (ng, n_side) = (unit_normal(self.ng), unit_normal(self.n_side));
+        let ng = unit_normal(self.ng);
+        let n_side = if self.n_side == self.ng {
+            ng
+        } else {
+            unit_normal(self.n_side)
+        };
         // By the inverse transpose of a map from world to world.
         let world_normal = |n: DVec3| transform.normal(n) * growth;
         let derivative = |dn: Vec3| Vec3::from_f64(world_normal(dn.to_f64()));
-        let stretch = world_normal(self.ns.to_f64()).length();
+        let ns = transform.normal(self.ns.to_f64());
+        let length = ns.length();
         Self {
             p: Point3::from_f64(p),
             p_err: Vec3::from_f64(p_err),
             ng,
             n_side,
-            ns: unit_normal(self.ns).face_forward(n_side),
+            ns: Normal3::from_f64(ns / length).face_forward(n_side),
             uv: self.uv,
             dpdu: vector(self.dpdu),
             dpdv: vector(self.dpdv),
@@ -156,7 +158,7 @@ impl SurfacePoint {
             dndu: derivative(self.dndu),
             dndv: derivative(self.dndv),
             face: self.face,
-            dn_scale: (f64::from(self.dn_scale) / stretch) as f32,
+            dn_scale: (f64::from(self.dn_scale) / (length * growth)) as f32,
         }
     }
 }

@@ -119,7 +119,7 @@ impl World {
     pub fn emitted_onto(
         &self,
         at: &Receiver,
-        pdf_found: f32,
+        pdf_found: impl FnOnce() -> f32,
         hit: &Hit,
         surface: &SurfacePoint,
         wo: Vec3,
@@ -136,7 +136,7 @@ impl World {
         };
         match (self.light(lamp.light), self.halves(&lamp, at.p, wo)) {
             (Light::Area(area), Some(halves)) => {
-                Some((lamp.light, area.radiance * halves.factor(|| pdf_found)))
+                Some((lamp.light, area.radiance * halves.factor(pdf_found)))
             }
             _ => self.emitted(hit, surface, wo),
         }

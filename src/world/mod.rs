@@ -241,7 +241,11 @@ impl World {
                 && parts.media.iter().any(Medium::is_fog),
             has_lamps: parts.geometries.iter().any(|g| g.first_light.is_some()),
             has_odd_lamps: parts.lights.iter().any(Light::lights_otherwise),
-            has_endless_sky: bounded_media.contains(&false)
+            // A grid ends by itself: light that is drawn and light that is found come through all of it.
+            has_endless_sky: bounded_media
+                .iter()
+                .zip(&parts.media)
+                .any(|(is_bounded, medium)| !is_bounded && !matches!(medium, Medium::Grid(_)))
                 && parts
                     .lights
                     .iter()

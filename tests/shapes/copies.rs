@@ -206,7 +206,7 @@ pub(crate) fn placed() -> Vec<Placed> {
         for definition in definitions() {
             let transform = Transform::from_affine(map).expect("an invertible map");
             let flip = transform.swaps_handedness();
-            let quadric = Quadric::new(definition.form, transform, flip);
+            let quadric = Quadric::new(definition.form.clone(), transform, flip);
             all.push(Placed {
                 name: format!("{}, {place}", definition.name),
                 shape: Shape::Quadric(quadric),

@@ -582,7 +582,7 @@ fn bumps_take_normals_to_the_world_as_pbrt_does() {
         ] {
             let whole = glam::DAffine3::from_mat3(map * unit);
             let transform = Transform::from_affine(whole).expect("an invertible map");
-            let away = Quadric::new(definition.form, transform, flip).with_unit(unit);
+            let away = Quadric::new(definition.form.clone(), transform, flip).with_unit(unit);
             let mut random = Uniform::new(8);
             for _ in 0..20 {
                 let [u, v] = random.unit2().map(|x| 0.1 + 0.8 * f64::from(x));

@@ -3,6 +3,7 @@
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::source::Spanned;
 
+use crate::compile::assets::read_file;
 use crate::compile::textures::TextureBuilder;
 use crate::ids::PtexId;
 use crate::image::ptex::{Ptex, PtexFile};
@@ -34,17 +35,18 @@ impl TextureBuilder<'_> {
 
     fn read_ptex(&self, file: &Spanned<String>, diagnostics: &mut Diagnostics) -> Option<Ptex> {
         let name = &file.value;
-        let mut fail = |code: &'static str, message: String| {
-            diagnostics.push(Diagnostic::error(code, file.span, message).with_label(INSTEAD));
-        };
-        let bytes = match self.assets.read(file) {
+        let bytes = match read_file(file, self.assets) {
             Ok(bytes) => bytes,
-            Err(error) => {
-                fail("missing-file", format!("cannot read \"{name}\": {error}"));
+            Err(missing) => {
+                diagnostics.push(missing.with_label(INSTEAD));
                 return None;
             }
         };
-        let decoded = Ptex::decode((*bytes).as_ref(), self.ptex_bytes_left);
+        let mut fail = |code: &'static str, message: String| {
+            diagnostics.push(Diagnostic::error(code, file.span, message).with_label(INSTEAD));
+        };
+        let room = self.ptex_bytes_left.min(self.assets.memory_left());
+        let decoded = Ptex::decode((*bytes).as_ref(), room);
         let PtexFile {
             ptex,
             dropped_levels,

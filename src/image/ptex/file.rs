@@ -20,6 +20,8 @@ const CHANNELS_MAX: u16 = 4096;
 const HEADER_BYTES: u64 = 64;
 const EXTENSION_BYTES: usize = 40;
 const FACE_BYTES: usize = 20;
+/// Memory that tables take for a face while a file is decoded, besides its mean.
+const TABLE_BYTES_PER_FACE: u64 = 2 * size_of::<Face>() as u64 + 64;
 const LEVEL_BYTES: usize = 16;
 const EDIT_BYTES: usize = 28;
 
@@ -223,6 +225,11 @@ fn decode_as<T: Sample>(
     texels: impl FnOnce(Arena<T>) -> Texels,
 ) -> Result<PtexFile, ImageError> {
     let (n_faces, n_channels) = (u64::from(header.n_faces), usize::from(header.channels));
+    let tables = n_faces * (TABLE_BYTES_PER_FACE + (n_channels * T::BYTES) as u64 * 2);
+    if tables > bytes_max {
+        let message = format!("its tables of {n_faces} faces need {} MiB", tables >> 20);
+        return Err(ImageError::TooLarge(message));
+    }
     let zipped = slice(bytes, header.faces_at, header.faces_bytes.into(), "faces")?;
     let table = inflate(zipped, n_faces * FACE_BYTES as u64, "faces")?;
     let mut faces = (table.chunks_exact(FACE_BYTES).zip(0..))

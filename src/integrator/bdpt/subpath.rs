@@ -101,8 +101,7 @@ impl<'a> Tracer<'a> {
         };
         let kind = Kind::of_light(self.world, light);
         let is_far = matches!(kind, Kind::FarLight(_));
-        // What comes from afar through a medium without end is what light sampling makes of it.
-        if is_far && self.world.facts().has_endless_sky {
+        if !starts_light_paths(self.world, light) {
             return;
         }
         self.starts_in_hole = sample.is_hole;
@@ -344,7 +343,8 @@ impl<'a> Tracer<'a> {
         let emitted = if path.len() == 1 || before.specular || !self.world.facts().has_odd_lamps {
             self.world.emitted(hit, surface, -d)
         } else {
-            let (at, pdf_found) = (before.receiver(self.time), before.pdf_in_pbrt(before.wo, d));
+            let at = before.receiver(self.time);
+            let pdf_found = || before.pdf_in_pbrt(before.wo, d);
             self.world.emitted_onto(&at, pdf_found, hit, surface, -d)
         };
         if let Some((light, le)) = emitted
@@ -403,9 +403,8 @@ impl<'a> Tracer<'a> {
         let (pdf_pos, pdf_dir) = self.emitters.pdf_emission(self.world, light, p, ng, d);
         let (pdf_pos, pdf_dir) = (f64::from(pdf_pos), f64::from(pdf_dir));
         let from_afar = || far_density(self.world, next.p, next.ng, d, pdf_pos);
-        let starts_afar = !self.world.facts().has_endless_sky;
         match self.world.light(light) {
-            Light::Distant(_) | Light::Infinite(_) if !starts_afar => (0.0, 0.0),
+            _ if !starts_light_paths(self.world, light) => (0.0, 0.0),
             Light::Distant(_) => (pmf, from_afar()),
             Light::Infinite(_) => (pmf * pdf_dir, from_afar()),
             Light::Area(_) => (pmf * pdf_pos, next.density(p, pdf_dir)),
@@ -437,6 +436,11 @@ pub(super) fn lamp_factor(
     };
     let pdf_found = || vertex.pdf_in_pbrt(wi, vertex.wo);
     world.lamp_factor(&lamp, vertex.p, -vertex.wo, specular, pdf_found)
+}
+
+/// Whether light paths start at a light. What a sky sends through media without end is what light sampling makes of it.
+fn starts_light_paths(world: &World, light: LightId) -> bool {
+    !(world.facts().has_endless_sky && matches!(world.light(light), Light::Infinite(_)))
 }
 
 /// Density of a point for light from far away that starts on a disk as wide as the scene, with density `pdf_pos`: a

@@ -127,7 +127,7 @@ impl<O: Observer> State<'_, O> {
         let emitted = match &self.origin {
             Origin::Certain => world.emitted(hit, surface, wo),
             Origin::Drawn { at, pdf_found, .. } => {
-                world.emitted_onto(at, *pdf_found, hit, surface, wo)
+                world.emitted_onto(at, || *pdf_found, hit, surface, wo)
             }
             Origin::Hidden => return,
         };

@@ -19,7 +19,7 @@ use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
 use crate::math::error::EPSILON;
 use crate::math::transform::image_of_box;
 use crate::shape::quadric::revolution::{
-    fraction_of_turn, middle_of_box, roots, solve_increasing, turn,
+    fraction_of_turn, middle_of_box, roots, solve_increasing, turn, within_box,
 };
 use crate::shape::quadric::{Form, FormPoint, Sweep};
 
@@ -35,7 +35,7 @@ pub fn hyperboloid(p1: DVec3, p2: DVec3, phi_max: f64) -> Form {
     let (start, end) = if p2.z == 0.0 { (p2, p1) } else { (p1, p2) };
     let sweep = Sweep::new(start, end, phi_max);
     match Hyperboloid::new(start, end, phi_max) {
-        Some(bent) if !bent.is_swept() => Form::Hyperboloid(bent),
+        Some(bent) if !bent.is_swept() => Form::Hyperboloid(Box::new(bent)),
         _ => Form::Sweep(sweep),
     }
 }
@@ -130,7 +130,7 @@ impl Hyperboloid {
         })
     }
 
-    /// Lets only lines meet it that pass the box around both ends of the segment, turned about the axis, as long as
+    /// Lets only rays meet it that come to the box around both ends of the segment, turned about the axis, as long as
     /// the surface reaches beyond: so pbrt-v3 shows it. The box is along the axes of the space in which the shape was
     /// defined.
     pub(super) fn behind_window(&self, definition_from_object: &DAffine3) -> Self {
@@ -185,11 +185,14 @@ impl Hyperboloid {
     pub(super) fn intersect(&self, o: DVec3, d: DVec3, t_max: f64) -> Option<f64> {
         if let Some(window) = &self.window {
             let there = &window.from_object;
-            middle_of_box(
+            let [_, far] = within_box(
                 there.transform_point3(o),
                 there.transform_vector3(d),
                 window.corners,
             )?;
+            if !(far > 0.0) {
+                return None;
+            }
         }
         // From a point within the box all terms of the equation are of the size of the box, whatever its proportions.
         let shift = middle_of_box(o, d, self.bounds())?;

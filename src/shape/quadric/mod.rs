@@ -28,7 +28,7 @@ pub use sweep::Sweep;
 pub(super) const SIMILARITY_TOLERANCE: f64 = 1e-9;
 
 /// The equation of a quadric in object space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub enum Form {
     /// Sphere around the origin.
     Sphere(Sphere),
@@ -37,7 +37,7 @@ pub enum Form {
     /// Cylinder, cone, swept hyperboloid or ring around z.
     Sweep(Sweep),
     /// Hyperboloid around z that its segment does not sweep.
-    Hyperboloid(Hyperboloid),
+    Hyperboloid(Box<Hyperboloid>),
     /// Paraboloid around z.
     Paraboloid(Paraboloid),
 }
@@ -127,7 +127,7 @@ impl Form {
     pub fn defined_under(self, definition_from_object: &DAffine3) -> Self {
         match self {
             Self::Hyperboloid(bent) => {
-                Self::Hyperboloid(bent.behind_window(definition_from_object))
+                Self::Hyperboloid(Box::new(bent.behind_window(definition_from_object)))
             }
             other => other,
         }
@@ -151,7 +151,7 @@ impl Form {
 }
 
 /// A quadric in render space.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 pub struct Quadric {
     form: Form,
     render_from_object: Transform,
@@ -179,15 +179,15 @@ impl Quadric {
             unit: 1.0,
         };
         quadric.area = match uniform_scale {
-            Some(scale) => form.area() * scale * scale,
+            Some(scale) => quadric.form.area() * scale * scale,
             None => {
                 // Mean stretch over a grid of area-uniform points.
                 const N: usize = 64;
                 let stretch = |k: usize| {
                     let u = [(k % N) as f64 + 0.5, (k / N) as f64 + 0.5].map(|x| x / N as f64);
-                    quadric.area_stretch(form.sample_area(u).1)
+                    quadric.area_stretch(quadric.form.sample_area(u).1)
                 };
-                form.area() * (0..N * N).map(stretch).sum::<f64>() / (N * N) as f64
+                quadric.form.area() * (0..N * N).map(stretch).sum::<f64>() / (N * N) as f64
             }
         };
         quadric
@@ -302,7 +302,7 @@ impl Quadric {
 
     /// The sphere in render space of which this is all or a part: centre and radius.
     fn sphere(&self) -> Option<(DVec3, f64)> {
-        match (self.form, self.uniform_scale) {
+        match (&self.form, self.uniform_scale) {
             (Form::Sphere(sphere), Some(scale)) => Some((
                 self.render_from_object.point(DVec3::ZERO),
                 sphere.radius() * scale,

@@ -4,9 +4,8 @@ use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DVec2, DVec3};
 
-/// Parameter of the middle of a line's way through a box. `None` if the line passes beside the box, where the roots of
-/// a flat surface would be rounding alone.
-pub(super) fn middle_of_box(o: DVec3, d: DVec3, [low, high]: [DVec3; 2]) -> Option<f64> {
+/// Parameters at which a line enters and leaves a box. `None` if the line passes beside the box.
+pub(super) fn within_box(o: DVec3, d: DVec3, [low, high]: [DVec3; 2]) -> Option<[f64; 2]> {
     let (mut near, mut far) = (f64::NEG_INFINITY, f64::INFINITY);
     for axis in 0..3 {
         let (a, b) = (
@@ -21,6 +20,13 @@ pub(super) fn middle_of_box(o: DVec3, d: DVec3, [low, high]: [DVec3; 2]) -> Opti
     if near > far + (near.abs() + far.abs()) * (8.0 * f64::EPSILON) {
         return None;
     }
+    Some([near, far])
+}
+
+/// Parameter of the middle of a line's way through a box. `None` if the line passes beside the box, where the roots of
+/// a flat surface would be rounding alone.
+pub(super) fn middle_of_box(o: DVec3, d: DVec3, bounds: [DVec3; 2]) -> Option<f64> {
+    let [near, far] = within_box(o, d, bounds)?;
     let middle = near + 0.5 * (far - near);
     middle.is_finite().then_some(middle)
 }
