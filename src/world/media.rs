@@ -137,17 +137,18 @@ impl World {
         let mut tr = Rgb::ONE;
         let mut travelled = 0.0;
         let target = t_max.is_finite().then(|| ray.at(t_max));
+        let counts = |travelled: f32, hit: &Hit| {
+            let t = travelled + hit.at.t;
+            let from_start = Hit {
+                at: ElementHit { t, ..hit.at },
+                ..*hit
+            };
+            self.stands_between(segment, &from_start)
+        };
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             tally.rays += 1;
-            let hit = self.closest_where(&ray, t_max, |hit| {
-                let t = travelled + hit.at.t;
-                let from_start = Hit {
-                    at: ElementHit { t, ..hit.at },
-                    ..*hit
-                };
-                self.stands_between(segment, &from_start)
-            });
+            let hit = self.closest_where(&ray, t_max, |hit| counts(travelled, hit));
             if let Some(hit) = &hit
                 && self.geometry(hit.target.geometry).material.is_some()
             {
@@ -166,9 +167,14 @@ impl World {
             }
             let Some(hit) = hit else { return tr };
             let place = self.place(&ray, &hit);
-            let borders = self.borders_on(hit.target, place.ng, ray.d, medium);
-            tally.mismatched += u64::from(!borders);
-            medium = self.medium_toward(hit.target, place.ng, ray.d, medium);
+            if self.may_be_stacked(hit.target)
+                && self.is_stopped_in_stack(&ray, &hit, &place, |hit| counts(travelled, hit))
+            {
+                return Rgb::BLACK;
+            }
+            let (behind, n_mismatched) = self.medium_behind_null(&ray, &hit, &place, medium);
+            tally.mismatched += n_mismatched;
+            medium = behind;
             ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
             travelled += hit.at.t;
             // A point of a large surface may lie beside the ray by its rounding error. Aimed anew, the ray still

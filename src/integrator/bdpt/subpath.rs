@@ -185,6 +185,10 @@ impl<'a> Tracer<'a> {
             let surface = world.surface(&head.ray, &hit);
             if head.looks_for_light {
                 self.meet_emitter(&head, &hit, &surface, path);
+                world.for_other_lamps(&head.ray, &hit, |lamp| {
+                    let surface = world.surface(&head.ray, lamp);
+                    self.meet_emitter(&head, lamp, &surface, path);
+                });
             }
             let geometry = world.geometry(hit.target.geometry);
             let material = geometry.material;
@@ -194,9 +198,10 @@ impl<'a> Tracer<'a> {
                     self.counters.stuck_paths += 1;
                     return;
                 }
-                let borders = world.borders_on(hit.target, surface.ng, head.ray.d, head.medium);
-                self.counters.mismatched_media += u64::from(!borders);
-                head.medium = world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
+                let (behind, n_mismatched) =
+                    world.medium_behind_null(&head.ray, &hit, &surface.into(), head.medium);
+                self.counters.mismatched_media += n_mismatched;
+                head.medium = behind;
                 let d = head.ray.d;
                 head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
                 continue;
@@ -215,6 +220,7 @@ impl<'a> Tracer<'a> {
             (vertex.p_err, vertex.ng) = (surface.p_err, surface.ng);
             (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
             vertex.hit = Some(hit);
+            vertex.medium_through = world.medium_through_stack(&head.ray, &hit, head.medium);
             vertex.one_way = one_way;
             if !self.scatter(&mut head, path, vertex, numbers) {
                 return;

@@ -264,7 +264,7 @@ impl Quadric {
     }
 
     /// The sphere in render space, if this is a whole one: centre and radius.
-    fn whole_sphere(&self) -> Option<(DVec3, f64)> {
+    pub fn whole_sphere(&self) -> Option<(DVec3, f64)> {
         match (self.form, self.uniform_scale) {
             (Form::Sphere(sphere), Some(scale)) if sphere.is_whole() => Some((
                 self.render_from_object.point(DVec3::ZERO),
