@@ -126,6 +126,38 @@ impl Bvh {
         }
     }
 
+    /// Tells of all triangles and slots that may touch a box: those near it in the hierarchy, some of which do not.
+    pub fn touching(
+        &self,
+        bounds: &Bounds3,
+        mut triangle: impl FnMut(Key),
+        mut slot: impl FnMut(Key),
+    ) {
+        if self.nodes.is_empty() {
+            return;
+        }
+        let mut stack = vec![Child::ROOT];
+        while let Some(child) = stack.pop() {
+            match child.target() {
+                Target::Node(index) => {
+                    let node = &self.nodes[index];
+                    let touched = (0..N_LANES).filter(|&lane| node.touches(lane, bounds));
+                    stack.extend(touched.map(|lane| node.child(lane)));
+                }
+                Target::Triangles(first, count) => {
+                    for packet in &self.packets[first..first + count] {
+                        packet.all_keys().for_each(&mut triangle);
+                    }
+                }
+                Target::Slots(first, count) => {
+                    self.slots[first..first + count]
+                        .iter()
+                        .for_each(|&key| slot(key));
+                }
+            }
+        }
+    }
+
     #[inline(always)]
     fn closest_with<L: Lanes, H>(
         &self,

@@ -109,6 +109,14 @@ impl Node {
         self.children[lane % N_LANES]
     }
 
+    /// Whether the box of a child, which is not empty, touches another.
+    pub(super) fn touches(&self, lane: usize, bounds: &Bounds3) -> bool {
+        let (lo, hi) = (bounds.min.0.to_array(), bounds.max.0.to_array());
+        (0..3).all(|axis| {
+            self.planes[axis][lane] <= hi[axis] && lo[axis] <= self.planes[axis + 3][lane]
+        })
+    }
+
     /// Passes every child through `f`.
     pub(super) fn map_children(&mut self, f: impl Fn(Child) -> Child) {
         self.children = self.children.map(f);
@@ -211,6 +219,12 @@ impl Packet {
     pub(super) fn key(&self, lane: usize) -> Key {
         let lane = lane % N_LANES;
         [self.keys[0][lane], self.keys[1][lane]]
+    }
+
+    /// The keys of the triangles there are.
+    pub(super) fn all_keys(&self) -> impl Iterator<Item = Key> {
+        let is_there = |lane: &usize| !self.corners[0][0][*lane].is_nan();
+        (0..N_LANES).filter(is_there).map(|lane| self.key(lane))
     }
 
     /// The corners of a triangle, the coordinates in the order of `axes`.

@@ -13,6 +13,7 @@ use rayon::iter::{
     ParallelIterator,
 };
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::source::Span;
 
 use crate::compile::assets::{Assets, lack_of_memory};
 use crate::compile::placement::{self, InstanceMotion, InstancePlacement, Placement};
@@ -37,6 +38,22 @@ const MAX_COPIED_LIGHTS: usize = 1 << 21;
 /// Elements that are worth a second thread to look at.
 const MANY_ELEMENTS: usize = 1 << 12;
 
+/// Where the geometries of a world come from: the place of each one's directive, by [`GeometryId`].
+#[derive(Clone, Debug, Default)]
+pub struct Origins(Vec<Span>);
+
+impl Origins {
+    /// The place of the directive that made a geometry.
+    pub fn of(&self, geometry: GeometryId) -> Option<Span> {
+        self.0.get(geometry.index()).copied()
+    }
+
+    /// The next geometry comes from this directive.
+    fn note(&mut self, entity: &ShapeEntity) {
+        self.0.push(entity.entity.span);
+    }
+}
+
 impl Loaded {
     /// Moves everything to render space and attaches what belongs to the surfaces.
     pub(super) fn place(
@@ -45,6 +62,7 @@ impl Loaded {
         space: &RenderSpace,
         builders: &mut Builders,
         parts: &mut WorldParts,
+        origins: &mut Origins,
         diagnostics: &mut Diagnostics,
     ) {
         let mut area_lights = vec![None; frame.area_lights.len()];
@@ -63,10 +81,11 @@ impl Loaded {
                     let transform = space.place(&definition);
                     let unit = space.scale();
                     let placed = placed(local, &entity, Some(&definition), &transform, unit, None);
+                    origins.note(&entity);
                     add(parts, placed, &of_surface, &entity, diagnostics);
                 }
                 Placement::Moving(moving) => {
-                    let object = object(parts, vec![(shape, of_surface)], diagnostics);
+                    let object = object(parts, origins, vec![(shape, of_surface)], diagnostics);
                     let motion = object.motion(space, &[*moving]);
                     parts.instances.push(Instance {
                         object: object.id,
@@ -83,7 +102,13 @@ impl Loaded {
                 .map(|shape| surface(shape, true, diagnostics))
                 .collect();
             let placements = &self.placements[object.placements.clone()];
-            object.place(surfaces, placements, space, assets, parts, diagnostics);
+            object.place(
+                surfaces,
+                placements,
+                (space, assets),
+                (parts, &mut *origins),
+                diagnostics,
+            );
         }
     }
 }
@@ -94,9 +119,8 @@ impl LocalObject {
         self,
         surfaces: Vec<Surface>,
         placements: &[InstancePlacement],
-        space: &RenderSpace,
-        assets: &dyn Assets,
-        parts: &mut WorldParts,
+        (space, assets): (&RenderSpace, &dyn Assets),
+        (parts, origins): (&mut WorldParts, &mut Origins),
         diagnostics: &mut Diagnostics,
     ) {
         let only_one = placements.len() == 1;
@@ -147,10 +171,12 @@ impl LocalObject {
                             Some(&instance),
                         );
                         if let Some(whole) = copies.push(placed) {
+                            origins.note(entity);
                             add(parts, whole, &surface, entity, diagnostics);
                         }
                     }
                     if let Some(rest) = copies.0 {
+                        origins.note(entity);
                         add(parts, rest, &surface, entity, diagnostics);
                     }
                 }
@@ -164,13 +190,14 @@ impl LocalObject {
                         shared.push((shape, surface));
                     } else {
                         let alone = vec![(shape, surface)];
-                        instantiate(alone, placements, space, parts, diagnostics);
+                        let into = (&mut *parts, &mut *origins);
+                        instantiate(alone, placements, space, into, diagnostics);
                     }
                 }
             }
         }
         if !shared.is_empty() {
-            instantiate(shared, placements, space, parts, diagnostics);
+            instantiate(shared, placements, space, (parts, origins), diagnostics);
         }
     }
 }
@@ -218,14 +245,14 @@ fn instantiate(
     shapes: Vec<(LocalShape, Surface)>,
     placements: &[InstancePlacement],
     space: &RenderSpace,
-    parts: &mut WorldParts,
+    (parts, origins): (&mut WorldParts, &mut Origins),
     diagnostics: &mut Diagnostics,
 ) {
     let own_motion = match &shapes[0].0.world_from_object {
         Placement::Moving(moving) => Some(**moving),
         Placement::Still(_) => None,
     };
-    let object = object(parts, shapes, diagnostics);
+    let object = object(parts, origins, shapes, diagnostics);
     let instance = |placement: &InstancePlacement| Instance {
         object: object.id,
         growth: object.growth(space),
@@ -294,6 +321,7 @@ impl PlacedObject {
 /// object's definition.
 fn object(
     parts: &mut WorldParts,
+    origins: &mut Origins,
     shapes: Vec<(LocalShape, Surface)>,
     diagnostics: &mut Diagnostics,
 ) -> PlacedObject {
@@ -314,6 +342,7 @@ fn object(
         let LocalShape { local, entity, .. } = shape;
         let unit = local_space.scale();
         let placed = placed(local, &entity, still.as_ref(), &transform, unit, None);
+        origins.note(&entity);
         add(parts, placed, &surface, &entity, diagnostics);
         let geometry = parts.geometries.last_mut().expect("one was just added");
         geometry.object = id;

@@ -181,6 +181,12 @@ fn light_along(
         {
             light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
         }
+        world.for_other_lamps(&ray, &hit, |lamp| {
+            let surface = world.surface(&ray, lamp);
+            if let Some((id, le)) = world.emitted(lamp, &surface, -ray.d) {
+                light += le * weight(id, world.pdf_toward_hit(lamp, &surface, at));
+            }
+        });
         if !world.casts_no_shadow(hit.target, &hit.at, &ray) {
             return light;
         }

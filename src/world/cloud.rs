@@ -128,7 +128,7 @@ impl World {
     /// The nearest surface that is no wall.
     #[inline]
     pub fn closest_past_walls(&self, ray: &Ray) -> Option<Hit> {
-        self.closest_where(ray, f32::INFINITY, |hit| {
+        self.first_where(ray, f32::INFINITY, |hit| {
             self.geometry(hit.target.geometry).media.is_none()
         })
     }

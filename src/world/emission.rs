@@ -25,7 +25,7 @@ use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Vec3};
 use crate::sampling::warp::{
     UNIFORM_SPHERE_PDF, concentric_disk, cosine_hemisphere, cosine_hemisphere_pdf, uniform_sphere,
 };
-use crate::shape::Shape;
+use crate::shape::{Place, Shape};
 use crate::spectrum::Rgb;
 use crate::world::{ElementRef, World};
 
@@ -68,7 +68,7 @@ impl World {
         time: f32,
     ) -> Option<EmissionSample> {
         let from_point = |p: Point3, (d, intensity, pdf_dir): (Vec3, Rgb, f32)| {
-            self.emission_from_point(light, p, d, intensity, pdf_dir)
+            self.emission_from_point(light, p, time, (d, intensity, pdf_dir))
         };
         let from_afar = |d: Vec3, radiance: Rgb, pdf_dir: f32| {
             let disk = self.scene_disk(d, u_pos);
@@ -112,23 +112,33 @@ impl World {
 
     /// The ray that leaves a light in the unit direction `d`, which was drawn with density `pdf_dir`. `None` where none
     /// does, and if the light is no point.
-    pub fn emission_toward(&self, light: LightId, d: Vec3, pdf_dir: f32) -> Option<EmissionSample> {
+    pub fn emission_toward(
+        &self,
+        light: LightId,
+        d: Vec3,
+        pdf_dir: f32,
+        time: f32,
+    ) -> Option<EmissionSample> {
         let (p, intensity) = (
             self.light(light).position()?,
             self.light(light).intensity(d)?,
         );
         let is_sound = pdf_dir > 0.0 && pdf_dir.is_finite() && !intensity.is_black();
-        is_sound.then(|| self.emission_from_point(light, p, d, intensity, pdf_dir))
+        is_sound.then(|| self.emission_from_point(light, p, time, (d, intensity, pdf_dir)))
     }
 
     fn emission_from_point(
         &self,
         light: LightId,
         p: Point3,
-        d: Vec3,
-        intensity: Rgb,
-        pdf_dir: f32,
+        time: f32,
+        (d, intensity, pdf_dir): (Vec3, Rgb, f32),
     ) -> EmissionSample {
+        let p = if self.may_lie_on_surface(light) {
+            self.off_surfaces(p, d, time)
+        } else {
+            p
+        };
         EmissionSample {
             p,
             p_err: Vec3::ZERO,
@@ -200,15 +210,22 @@ impl World {
         }
         let local = cosine_hemisphere(u_dir);
         let d = Frame::from_z(side).to_world(local);
-        Some(EmissionSample {
+        let place = Place {
             p: at.p,
             p_err: at.p_err,
+            ng: at.ng,
+            ns: at.ng,
+        };
+        let declared = self.light_medium(light);
+        Some(EmissionSample {
+            p: at.p,
+            p_err: self.widened_on(target, &place, at.barycentric, d, time),
             ng: at.ng,
             d,
             radiance: area.radiance,
             pdf_pos: at.pdf_area as f32,
             pdf_dir: share * local.z() * FRAC_1_PI,
-            medium: self.medium_toward(target, at.ng, d, self.light_medium(light)),
+            medium: self.medium_off_lamp(target, &place, at.barycentric, d, time, declared),
             is_hole,
         })
     }

@@ -8,7 +8,7 @@ use crate::math::error::offset_origin;
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampling::mis::Heuristic;
 use crate::sampling::rng::Rng;
-use crate::shape::SurfacePoint;
+use crate::shape::{Place, SurfacePoint};
 use crate::spectrum::Rgb;
 use crate::world::lamps::{Halves, LampPoint};
 use crate::world::segment::{Aim, Segment};
@@ -227,15 +227,19 @@ impl World {
         u: [f32; 2],
     ) -> Option<LightSample> {
         match self.light(light) {
-            Light::Point(point) => self.sample_position(at, point.p, pmf, |_| point.intensity),
+            Light::Point(point) => {
+                self.sample_position(light, at, point.p, pmf, |_| point.intensity)
+            }
             Light::Spot(spot) => {
-                self.sample_position(at, spot.position(), pmf, |w| spot.intensity(w))
+                self.sample_position(light, at, spot.position(), pmf, |w| spot.intensity(w))
             }
             Light::Projection(projection) => {
-                self.sample_position(at, projection.position(), pmf, |w| projection.intensity(w))
+                self.sample_position(light, at, projection.position(), pmf, |w| {
+                    projection.intensity(w)
+                })
             }
             Light::Goniometric(goniometric) => {
-                self.sample_position(at, goniometric.position(), pmf, |w| {
+                self.sample_position(light, at, goniometric.position(), pmf, |w| {
                     goniometric.intensity(w)
                 })
             }
@@ -273,6 +277,7 @@ impl World {
     /// Light from a point at `p` of an intensity by direction.
     fn sample_position(
         &self,
+        light: LightId,
         at: &Receiver,
         p: Point3,
         pmf: f32,
@@ -281,7 +286,8 @@ impl World {
         let to_light = p - at.p;
         let wi = to_light.try_normalize()?;
         let radiance = intensity(-wi) * (1.0 / to_light.length_squared());
-        let shadow = Segment::new(at, p, wi, None);
+        let mut shadow = Segment::new(at, p, wi, None);
+        shadow.light = self.may_lie_on_surface(light).then_some(p);
         Some(LightSample {
             p,
             ..Self::delta(wi, radiance, pmf, shadow)
@@ -337,7 +343,14 @@ impl World {
             };
             sharing = Sharing::Lamp { halves, is_hole };
         }
-        let end = offset_origin(sample.p, sample.p_err, sample.ng, -wi);
+        let place = Place {
+            p: sample.p,
+            p_err: sample.p_err,
+            ng: sample.ng,
+            ns: sample.ng,
+        };
+        let p_err = self.widened_on(target, &place, sample.barycentric, wi, at.time);
+        let end = offset_origin(sample.p, p_err, sample.ng, -wi);
         let aim = Aim {
             target,
             instance: InstanceId::NONE,

@@ -117,6 +117,9 @@ impl World {
         let media = |hit: &Hit| self.geometry(hit.target.geometry).media;
         let hit = self.closest_where(&ray, f32::INFINITY, |hit| media(hit).is_some())?;
         let place = self.place(&ray, &hit);
+        if self.may_be_stacked(hit.target) {
+            return self.medium_before_stack(&ray, &hit);
+        }
         media(&hit).map(|interface| interface.toward(place.ng, -ray.d))
     }
 
@@ -138,20 +141,21 @@ impl World {
         let mut tr = Rgb::ONE;
         let mut travelled = 0.0;
         let target = t_max.is_finite().then(|| ray.at(t_max));
+        let counts = |travelled: f32, hit: &Hit| {
+            let t = travelled + hit.at.t;
+            let from_start = Hit {
+                at: ElementHit { t, ..hit.at },
+                ..*hit
+            };
+            self.stands_between(segment, &from_start)
+        };
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             tally.rays += 1;
             if stop::is_wanted_after(tally.rays) {
                 return Rgb::BLACK;
             }
-            let hit = self.closest_where(&ray, t_max, |hit| {
-                let t = travelled + hit.at.t;
-                let from_start = Hit {
-                    at: ElementHit { t, ..hit.at },
-                    ..*hit
-                };
-                self.stands_between(segment, &from_start)
-            });
+            let hit = self.closest_where(&ray, t_max, |hit| counts(travelled, hit));
             if let Some(hit) = &hit
                 && self.geometry(hit.target.geometry).material.is_some()
             {
@@ -170,9 +174,15 @@ impl World {
             }
             let Some(hit) = hit else { return tr };
             let place = self.place(&ray, &hit);
-            let borders = self.borders_on(hit.target, place.ng, ray.d, medium);
-            tally.mismatched += u64::from(!borders);
-            medium = self.medium_toward(hit.target, place.ng, ray.d, medium);
+            if self.may_be_stacked(hit.target)
+                && self.is_stopped_in_stack(&ray, &hit, &place, |hit| counts(travelled, hit))
+            {
+                return Rgb::BLACK;
+            }
+            let (behind, n_mismatched) = self.medium_behind_null(&ray, &hit, &place, medium);
+            tally.mismatched += n_mismatched;
+            medium = behind;
+            let met = ray.at(hit.at.t);
             ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
             travelled += hit.at.t;
             // A point of a large surface may lie beside the ray by its rounding error. Aimed anew, the ray still
@@ -183,6 +193,10 @@ impl World {
                     return tr;
                 }
                 t_max = to_target.length();
+                // What is nearer than the ray was moved lies in the same place as what it passed.
+                if self.may_be_stacked(hit.target) && t_max <= (ray.o - met).length() {
+                    return tr;
+                }
                 ray.d = to_target / t_max;
             }
         }

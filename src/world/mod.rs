@@ -13,6 +13,7 @@ pub mod lighting;
 pub mod media;
 pub mod segment;
 pub mod selection;
+mod stack;
 mod veils;
 
 use rayon::iter::{
@@ -39,6 +40,7 @@ pub use media::{MediumInterface, ShadowTally};
 pub use segment::{Aim, Segment};
 use selection::LightSelection;
 pub use selection::LightStrategy;
+use stack::Stacks;
 use veils::Veils;
 
 /// A shape with everything that belongs to its surface.
@@ -182,6 +184,8 @@ pub struct World {
     veils: Veils,
     /// See [`Cloud`].
     cloud: Option<Cloud>,
+    /// See [`Stacks`].
+    stacks: Option<Box<Stacks>>,
     shutter: [f64; 2],
     objects: Vec<Object>,
     instances: Vec<Instance>,
@@ -283,6 +287,7 @@ impl World {
             camera_medium: parts.camera_medium,
             veils,
             cloud: None,
+            stacks: None,
             shutter: parts.shutter,
             objects,
             instances: parts.instances,
@@ -292,6 +297,7 @@ impl World {
             facts,
         };
         world.cloud = world.find_cloud();
+        world.stacks = world.find_stacks().map(Box::new);
         world.horizon = (2.0 * world.bounding_sphere().1) as f32;
         world.light_selection = world.light_selection(parts.light_strategy);
         if world.facts.has_points_in_fog {
@@ -351,10 +357,20 @@ impl World {
         &self.textures
     }
 
-    /// The nearest surface in (0, `t_max`).
+    /// The nearest surface in (0, `t_max`); of several in one place that which is met first.
     #[inline]
     pub fn closest(&self, ray: &Ray, t_max: f32) -> Option<Hit> {
-        self.closest_where(ray, t_max, |_| true)
+        self.first_where(ray, t_max, |_| true)
+    }
+
+    /// The same of those that satisfy `counts`.
+    #[inline]
+    fn first_where(&self, ray: &Ray, t_max: f32, counts: impl Fn(&Hit) -> bool) -> Option<Hit> {
+        let hit = self.closest_where(ray, t_max, &counts)?;
+        if self.may_be_stacked(hit.target) {
+            return Some(self.first_of_stack(ray, hit, counts));
+        }
+        Some(hit)
     }
 
     /// The nearest surface of a material in (0, `t_max`).
@@ -465,6 +481,16 @@ impl World {
     /// The surface at a hit of `ray`.
     #[inline]
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
+        let mut surface = self.bare_surface(ray, hit);
+        if self.may_be_stacked(hit.target) {
+            surface.p_err = self.widened(ray, hit, &surface.into());
+        }
+        surface
+    }
+
+    /// The same, whatever else is in its place.
+    #[inline]
+    fn bare_surface(&self, ray: &Ray, hit: &Hit) -> SurfacePoint {
         let shape = &self.geometry(hit.target.geometry).shape;
         if hit.instance.is_some() {
             let instance = &self.instances[hit.instance.index()];
@@ -482,8 +508,17 @@ impl World {
     /// The same of where it was hit alone, to pass through.
     #[inline]
     pub fn place(&self, ray: &Ray, hit: &Hit) -> Place {
+        let mut place = self.bare_place(ray, hit);
+        if self.may_be_stacked(hit.target) {
+            place.p_err = self.widened(ray, hit, &place);
+        }
+        place
+    }
+
+    #[inline]
+    fn bare_place(&self, ray: &Ray, hit: &Hit) -> Place {
         if hit.instance.is_some() {
-            return self.surface(ray, hit).into();
+            return self.bare_surface(ray, hit).into();
         }
         let shape = &self.geometry(hit.target.geometry).shape;
         shape.place(hit.target.element, ray, &hit.at)

@@ -14,6 +14,8 @@ pub struct Segment {
     pub(super) t_max: f32,
     /// The surface which that point is on.
     pub(super) aim: Option<Aim>,
+    /// The light without extent that it ends at, if that may lie on a surface.
+    pub(super) light: Option<Point3>,
 }
 
 /// The surface a segment ends on.
@@ -39,6 +41,7 @@ impl Segment {
             ray: Ray { o, d, time },
             t_max,
             aim,
+            light: None,
         }
     }
 
@@ -52,6 +55,7 @@ impl Segment {
             },
             t_max: f32::INFINITY,
             aim: None,
+            light: None,
         }
     }
 
@@ -70,7 +74,12 @@ impl World {
     /// a hit from the side that is aimed at is the point itself.
     #[inline]
     pub(super) fn stands_between(&self, segment: &Segment, hit: &Hit) -> bool {
-        let Some(aim) = segment.aim else { return true };
+        let Some(aim) = segment.aim else {
+            // A light on a surface lights it.
+            return segment
+                .light
+                .is_none_or(|p| !self.holds_point(&segment.ray, hit, p));
+        };
         if aim.target != hit.target || aim.instance != hit.instance {
             return true;
         }

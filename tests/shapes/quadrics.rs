@@ -570,7 +570,7 @@ fn what_pbrt_cannot_bend_is_swept() {
 fn bumps_take_normals_to_the_world_as_pbrt_does() {
     // Render space has units of its own, and the shape may be turned around: neither has a say.
     for definition in definitions() {
-        let at_home = Quadric::new(definition.form, Transform::IDENTITY, false);
+        let at_home = Quadric::new(definition.form.clone(), Transform::IDENTITY, false);
         for (map, unit, flip) in [
             (glam::DMat3::from_diagonal(DVec3::splat(4.0)), 1.0, false),
             (glam::DMat3::from_diagonal(DVec3::splat(1.0)), 0.125, true),

@@ -122,7 +122,7 @@ fn self_hits(form: Form, is_flat: bool) -> (usize, String) {
             .into_iter()
             .filter_map(Transform::from_affine)
             .fold(Transform::IDENTITY, |map, part| map.compose(&part));
-        let shape = Shape::Quadric(Quadric::new(form, transform, false));
+        let shape = Shape::Quadric(Quadric::new(form.clone(), transform, false));
         // From somewhere toward a point of the shape, and on by reflection.
         let w = uniform_sphere([number(0.0, 1.0) as f32, number(0.0, 1.0) as f32]);
         let target = transform.point(DVec3::new(number(-0.4, 0.4), number(-0.4, 0.4), 0.0));

@@ -162,7 +162,7 @@ impl Emitters {
             Ok(d) => {
                 let d = d?;
                 let (_, own) = world.pdf_emission(light, Point3::ZERO, Normal3::ZERO, d);
-                world.emission_toward(light, d, guide.pdf(d, own))
+                world.emission_toward(light, d, guide.pdf(d, own), time)
             }
             Err(u_dir) => {
                 let mut sample = world.sample_emission(light, u_pos, u_dir, time)?;

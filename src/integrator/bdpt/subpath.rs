@@ -52,6 +52,8 @@ struct Head {
     /// Density of its direction; of its position, if it comes from infinitely far away.
     pdf: f64,
     medium: MediumId,
+    /// It has met a surface in a medium that this does not border on.
+    is_misled: bool,
     /// Most vertices of the path.
     limit: usize,
     /// Lights that are met count, also behind the last vertex.
@@ -77,6 +79,7 @@ impl<'a> Tracer<'a> {
             beta: Rgb::ONE,
             pdf: pdf_w,
             medium,
+            is_misled: false,
             limit,
             looks_for_light: looks_for_light && self.emitters.any_met,
         };
@@ -132,6 +135,7 @@ impl<'a> Tracer<'a> {
             beta,
             pdf,
             medium: sample.medium,
+            is_misled: false,
             limit,
             looks_for_light: false,
         };
@@ -191,6 +195,10 @@ impl<'a> Tracer<'a> {
             let surface = world.surface(&head.ray, &hit);
             if head.looks_for_light {
                 self.meet_emitter(&head, &hit, &surface, path);
+                world.for_other_lamps(&head.ray, &hit, |lamp| {
+                    let surface = world.surface(&head.ray, lamp);
+                    self.meet_emitter(&head, lamp, &surface, path);
+                });
             }
             let geometry = world.geometry(hit.target.geometry);
             let material = geometry.material;
@@ -200,9 +208,10 @@ impl<'a> Tracer<'a> {
                     self.counters.stuck_paths += 1;
                     return;
                 }
-                let borders = world.borders_on(hit.target, surface.ng, head.ray.d, head.medium);
-                self.counters.mismatched_media += u64::from(!borders);
-                head.medium = world.medium_toward(hit.target, surface.ng, head.ray.d, head.medium);
+                let (behind, n_mismatched) =
+                    world.medium_behind_null(&head.ray, &hit, &surface.into(), head.medium);
+                self.counters.mismatched_media += n_mismatched;
+                head.medium = behind;
                 let d = head.ray.d;
                 head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
                 continue;
@@ -221,6 +230,12 @@ impl<'a> Tracer<'a> {
             (vertex.p_err, vertex.ng) = (surface.p_err, surface.ng);
             (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
             vertex.hit = Some(hit);
+            vertex.medium_through = world.medium_through_stack(&head.ray, &hit, head.medium);
+            if vertex.medium_through.is_none() {
+                let (met, d) = ((&hit, surface.ng), head.ray.d);
+                let is_misled = &mut head.is_misled;
+                self.counters.meet(world, met, d, head.medium, is_misled);
+            }
             vertex.one_way = one_way;
             if !self.scatter(&mut head, path, vertex, numbers) {
                 return;

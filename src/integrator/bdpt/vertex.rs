@@ -35,6 +35,8 @@ pub(super) struct Vertex<'a> {
     pub(super) hit: Option<Hit>,
     /// The medium in which its own path arrived.
     pub(super) medium: MediumId,
+    /// The one behind its surface, where boundaries lie in the place of that.
+    pub(super) medium_through: Option<MediumId>,
 }
 
 /// What a vertex is.
@@ -86,6 +88,7 @@ impl<'a> Vertex<'a> {
             one_way: false,
             hit: None,
             medium,
+            medium_through: None,
         }
     }
 
@@ -174,9 +177,11 @@ impl<'a> Vertex<'a> {
 
     /// The medium a path is in that leaves toward `w`.
     pub(super) fn medium_toward(&self, world: &World, w: Vec3) -> MediumId {
-        match self.hit {
-            Some(hit) => world.medium_toward(hit.target, self.ng, w, self.medium),
-            None => self.medium,
+        let goes_on = || (self.ng.dot(w) > 0.0) != (self.ng.dot(self.wo) > 0.0);
+        match (self.hit, self.medium_through) {
+            (_, Some(through)) if goes_on() => through,
+            (_, Some(_)) | (None, None) => self.medium,
+            (Some(hit), None) => world.medium_toward(hit.target, self.ng, w, self.medium),
         }
     }
 

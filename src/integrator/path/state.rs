@@ -51,6 +51,8 @@ pub(super) struct State<'a, O> {
     pub(super) rng: Rng,
     pub(super) ray: Ray,
     pub(super) medium: MediumId,
+    /// It has met a surface in a medium that this does not border on.
+    pub(super) is_misled: bool,
     /// The medium is that of a cloud, wherever the path is, from beginning to end: it does not ask for walls.
     pub(super) past_walls: bool,
     /// The ray comes from a collision, and meets no surface before the next.
@@ -121,8 +123,16 @@ impl<O: Observer> State<'_, O> {
         });
     }
 
-    /// Adds the emission of the surface the path has met.
+    /// Adds the emission of the surface the path has met, and of null surfaces in its place.
     pub(super) fn add_emission(&mut self, hit: &Hit, surface: &SurfacePoint) {
+        self.add_emission_of(hit, surface);
+        let (world, ray) = (self.world, self.ray);
+        world.for_other_lamps(&ray, hit, |lamp| {
+            self.add_emission_of(lamp, &world.surface(&ray, lamp));
+        });
+    }
+
+    fn add_emission_of(&mut self, hit: &Hit, surface: &SurfacePoint) {
         let (world, wo) = (self.world, -self.ray.d);
         let emitted = match &self.origin {
             Origin::Certain => world.emitted(hit, surface, wo),
@@ -181,9 +191,11 @@ impl<O: Observer> State<'_, O> {
         let &Place { p, p_err, ng, .. } = place;
         let Ray { d, time, .. } = self.ray;
         if VOLUMETRIC {
-            let borders = self.world.borders_on(hit.target, ng, d, self.medium);
-            self.counters.mismatched_media += u64::from(!borders);
-            self.medium = self.world.medium_toward(hit.target, ng, d, self.medium);
+            let (behind, n_mismatched) =
+                self.world
+                    .medium_behind_null(&self.ray, hit, place, self.medium);
+            self.counters.mismatched_media += n_mismatched;
+            self.medium = behind;
         } else if let Origin::Drawn { .. } = self.origin {
             self.origin = Origin::Hidden;
         }
@@ -289,7 +301,14 @@ impl<O: Observer> State<'_, O> {
         bsdf: &Bsdf,
     ) -> bool {
         let (wo, eta_scale) = (-self.ray.d, self.eta_scale);
-        let Some(transmitted) = self.scatter_by::<VOLUMETRIC>(hit, surface, bsdf, wo) else {
+        let through = self.medium_through::<VOLUMETRIC>(hit);
+        if VOLUMETRIC && through.is_none() {
+            let (met, d) = ((hit, surface.ng), self.ray.d);
+            let (counters, is_misled) = (&mut *self.counters, &mut self.is_misled);
+            counters.meet(self.world, met, d, self.medium, is_misled);
+        }
+        let scattered = self.scatter_by::<VOLUMETRIC>(hit, surface, bsdf, wo, through);
+        let Some(transmitted) = scattered else {
             return false;
         };
         self.bounces += 1;
@@ -330,22 +349,38 @@ impl<O: Observer> State<'_, O> {
         let mut bsdf = Bsdf::new(frame, surface.n_side);
         bsdf.add(Bxdf::SubsurfaceExit(bssrdf.exit()));
         let wo = Vec3::from(surface.ns);
-        self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo)
+        self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo, None)
             .is_some()
     }
 
+    /// The medium behind a surface that is met, where boundaries lie in its place.
+    #[inline]
+    fn medium_through<const VOLUMETRIC: bool>(&self, hit: &Hit) -> Option<MediumId> {
+        if !VOLUMETRIC || self.past_walls {
+            return None;
+        }
+        self.world.medium_through_stack(&self.ray, hit, self.medium)
+    }
+
     /// Adds direct light at a surface and draws the next direction: whether it was transmitted, or `None` where the
-    /// path ends.
+    /// path ends. `through` is the medium behind the surface where boundaries lie in its place.
     fn scatter_by<const VOLUMETRIC: bool>(
         &mut self,
         hit: &Hit,
         surface: &SurfacePoint,
         bsdf: &Bsdf,
         wo: Vec3,
+        through: Option<MediumId>,
     ) -> Option<bool> {
         let world = self.world;
         let medium_toward = |w: Vec3, current: MediumId| {
-            if VOLUMETRIC {
+            if VOLUMETRIC && let Some(behind) = through {
+                if (surface.ng.dot(w) > 0.0) == (surface.ng.dot(wo) > 0.0) {
+                    current
+                } else {
+                    behind
+                }
+            } else if VOLUMETRIC {
                 world.medium_toward(hit.target, surface.ng, w, current)
             } else {
                 MediumId::NONE

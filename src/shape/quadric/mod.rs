@@ -300,6 +300,12 @@ impl Quadric {
         Normal3::from_f64(self.render_from_object.normal(n).normalize())
     }
 
+    /// Whether it is the same surface, on whichever side its normals are.
+    pub fn is_same_form(&self, other: &Self) -> bool {
+        let text = |quadric: &Self| format!("{:?} {:?}", quadric.form, quadric.render_from_object);
+        text(self) == text(other)
+    }
+
     /// The sphere in render space of which this is all or a part: centre and radius.
     fn sphere(&self) -> Option<(DVec3, f64)> {
         match (&self.form, self.uniform_scale) {
@@ -312,7 +318,7 @@ impl Quadric {
     }
 
     /// The same if this is all of it.
-    fn whole_sphere(&self) -> Option<(DVec3, f64)> {
+    pub fn whole_sphere(&self) -> Option<(DVec3, f64)> {
         self.sphere().filter(|_| self.form.is_whole())
     }
 
