@@ -239,7 +239,7 @@ fn files_that_the_system_makes_up_are_not_waited_for() {
         let start = Instant::now();
         room.run("check ball.pbrt")
             .ends_with(3)
-            .says(&format!("cannot read \"{path}\": it is made by the system"));
+            .says("it is made by the system");
         let mesh = format!("Shape \"plymesh\" \"string filename\" \"{path}\"\nWorldEnd");
         room.put("ball.pbrt", &ball("WorldEnd", &mesh));
         room.run("check ball.pbrt")
@@ -312,7 +312,7 @@ fn nothing_outside_of_a_directory_is_read_or_written() {
         .says("cannot confine to \"gone\"");
     assert_eq!(
         room.list(),
-        ["ball.pbrt", "in", "secret.ply", "secret.pbrt"]
+        ["ball.pbrt", "in", "secret.pbrt", "secret.ply"]
     );
 }
 

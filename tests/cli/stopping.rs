@@ -284,12 +284,13 @@ fn a_signal_while_loading_ends_it_with_a_report() {
 #[test]
 fn a_second_signal_ends_it_even_while_a_report_waits() {
     let room = Room::new();
-    room.put("ball.pbrt", &endless("\"path\""));
     // A pipe that nobody reads, of a report that does not fit into it.
-    let scene = format!("{}\n{}", "Shape \"spher\"\n".repeat(2000), "WorldEnd");
-    room.put("bad.pbrt", &ball("WorldEnd", &scene));
+    let unused: String = (0..20_000)
+        .map(|i| format!("Texture \"t{i}\" \"float\" \"constant\"\n"))
+        .collect();
+    room.put("long.pbrt", &ball("Shape", &format!("{unused}Shape")));
     let mut child = room
-        .command("--json - bad.pbrt --spp 100000000")
+        .command("--json - long.pbrt --spp 100000000")
         .stdout(Stdio::piped())
         .stderr(Stdio::null())
         .spawn()

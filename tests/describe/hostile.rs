@@ -20,7 +20,10 @@ fn many_scopes_and_many_mistakes_take_linear_time() {
     let start = std::time::Instant::now();
     let (description, diagnostics) = run(world(directives));
     assert_eq!(description.frames[0].textures.len(), 20_000);
-    assert_eq!(diagnostics.list.len(), 40_000);
+    let counts = diagnostics.counts();
+    assert_eq!(counts.errors + counts.warnings, 40_000);
+    // Of each of both kinds so many are kept.
+    assert_eq!(diagnostics.list.len(), 400);
     assert!(start.elapsed().as_secs() < 10, "{:?}", start.elapsed());
 }
 
@@ -215,7 +218,7 @@ fn assert_sound(frame: &Frame) {
 #[test]
 fn any_sequence_of_directives_makes_a_sound_description() {
     let (mut n_frames, mut n_shapes, mut n_instances) = (0, 0, 0);
-    for seed in 0..2000 {
+    for seed in 0..3000 {
         let mut dice = Dice(seed);
         let directives = (0..300).map(|_| dice.directive()).collect();
         let (description, _) = run(directives);
