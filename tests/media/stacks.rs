@@ -15,7 +15,7 @@ use crate::solids::{box_shape, homogeneous};
 /// Distance of sheets that are apart.
 const GAP: f64 = 1e-4;
 /// Pictures of each scene, with seeds of their own.
-const SEEDS: u64 = 32;
+const SEEDS: u64 = 24;
 
 /// What a sheet is made of.
 #[derive(Clone, Copy, PartialEq, Debug)]
@@ -91,7 +91,7 @@ impl Stack {
         let media = ["", "thin", "thick"];
         let above = media[random.below(3)];
         let mut below = above;
-        let n_nulls = 1 + random.below(8 - front.len());
+        let n_nulls = 1 + random.below(7 - front.len());
         let mut kinds = front.to_vec();
         for _ in 0..n_nulls {
             let next = media[random.below(3)];
@@ -99,6 +99,12 @@ impl Stack {
                 kinds.push(Sheet::Null(below, next));
                 below = next;
             }
+        }
+        // Where a stack leads back to where it came from, the boundaries around the eye do not say where that is.
+        if below == above {
+            let next = media[(1 + media.iter().position(|m| *m == below).unwrap_or(0)) % 3];
+            kinds.push(Sheet::Null(below, next));
+            below = next;
         }
         let n_kinds = kinds.len();
         for (i, sheet) in kinds.into_iter().enumerate() {
@@ -143,19 +149,26 @@ impl Stack {
 
     fn sheet(&self, index: usize, gap: f64) -> String {
         let (sheet, form, placed, flips) = self.sheets[index];
-        // What lies below it must not be lit by it: in its plane it would not be.
-        let flips = flips && sheet != Sheet::NullLamp;
+        // Lamps shine up: what lies below one would be lit by it, and is not in its plane.
+        let flips = flips && !matches!(sheet, Sheet::Lamp | Sheet::NullLamp);
         let z = -gap * index as f64;
+        // What a lamp emits outside the room would go around the sheets.
+        let (w, radius) = match sheet {
+            Sheet::Lamp | Sheet::NullLamp => (2.5, 2.5),
+            _ => (4.0, 6.0),
+        };
+        let square = format!("-{w} -{w} {z} {w} -{w} {z} {w} {w} {z} -{w} {w} {z}");
         let shape = match form {
             Form::Quad => format!(
-                "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
-                 \"point P\" [-4 -4 {z} 4 -4 {z} 4 4 {z} -4 4 {z}]\n"
+                "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \"point P\" [{square}]\n"
             ),
             Form::Fan([x, y]) => format!(
                 "Shape \"trianglemesh\" \"integer indices\" [0 1 4 1 2 4 2 3 4 3 0 4] \
-                 \"point P\" [-4 -4 {z} 4 -4 {z} 4 4 {z} -4 4 {z} {x} {y} {z}]\n"
+                 \"point P\" [{square} {x} {y} {z}]\n"
             ),
-            Form::Disk => format!("Shape \"disk\" \"float radius\" 6 \"float height\" {z}\n"),
+            Form::Disk => {
+                format!("Shape \"disk\" \"float radius\" {radius} \"float height\" {z}\n")
+            }
             Form::Box => box_shape([-4.0, -4.0, -3.0], [4.0, 4.0, z]),
         };
         let media = |above: &str, below: &str| {
@@ -165,14 +178,10 @@ impl Stack {
                 format!("MediumInterface \"{below}\" \"{above}\" ")
             }
         };
-        let lamp = |two_sided: bool| {
-            format!(
-                "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] \"bool twosided\" \"{two_sided}\" "
-            )
-        };
+        let lamp = "AreaLightSource \"diffuse\" \"rgb L\" [1 2 3] ";
         let looks = match sheet {
-            Sheet::Lamp => format!("{}Material \"matte\" ", lamp(true)),
-            Sheet::NullLamp => format!("{}Material \"\" ", lamp(false)),
+            Sheet::Lamp => format!("{lamp}Material \"matte\" "),
+            Sheet::NullLamp => format!("{lamp}Material \"\" "),
             Sheet::Matte => "Material \"matte\" \"rgb Kd\" [.7 .5 .3] ".to_owned(),
             Sheet::Black => "Material \"matte\" \"rgb Kd\" [0 0 0] ".to_owned(),
             Sheet::Translucent => "Material \"translucent\" \"rgb Ks\" [0 0 0] ".to_owned(),
@@ -191,7 +200,7 @@ impl Stack {
             }
             Placed::Instance => format!(
                 "AttributeBegin ObjectBegin \"sheet{index}\" Identity {looks}{interface}{shape}ObjectEnd \
-                 ObjectInstance \"sheet{index}\" Translate 30 0 0 ObjectInstance \"sheet{index}\" \
+                 ObjectInstance \"sheet{index}\" Translate 30 0 0 Scale .01 .01 .01 ObjectInstance \"sheet{index}\" \
                  AttributeEnd\n"
             ),
         }
@@ -292,7 +301,7 @@ fn assert_alike(stack: &Stack, integrator: &str, what: &str) {
 
 #[test]
 fn stacks_of_sheets_look_as_if_they_were_apart() {
-    for seed in 0..40 {
+    for seed in 0..14 {
         let stack = Stack::random(seed, true);
         for integrator in ["volpath", "bdpt"] {
             let text = format!("Integrator \"{integrator}\" \"integer maxdepth\" 5");
@@ -303,7 +312,7 @@ fn stacks_of_sheets_look_as_if_they_were_apart() {
 
 #[test]
 fn stacks_look_alike_where_media_are_ignored() {
-    for seed in 100..108 {
+    for seed in 100..106 {
         let stack = Stack::random(seed, false);
         for integrator in [
             "\"path\"",
@@ -394,7 +403,7 @@ fn no_light_comes_into_a_sealed_room_full_of_fog() {
 fn a_light_on_a_surface_lights_it_from_either_side() {
     let forms = [Form::Quad, Form::Fan([0.4, 0.1]), Form::Disk, Form::Box];
     let placements = [Placed::Itself, Placed::Instance, Placed::Moving];
-    for seed in 0..24 {
+    for seed in 0..12 {
         let mut random = Random(Uniform::new(200 + seed));
         // Black, as what is below a light that is apart is lit by half of it.
         let sheet = (
