@@ -145,6 +145,7 @@ pub(super) struct RenderFacts {
     stuck_shadow_rays: u64,
     leaked_paths: u64,
     mismatched_media: u64,
+    one_sided_media: u64,
     bad_samples: u64,
     first_bad_sample: Option<BadSample>,
 }
@@ -316,6 +317,7 @@ impl RenderFacts {
             stuck_shadow_rays: counters.shadow.stuck,
             leaked_paths: counters.leaked_paths,
             mismatched_media: counters.mismatched(),
+            one_sided_media: counters.one_sided,
             bad_samples: report.bad_samples,
             first_bad_sample: report
                 .first_bad_sample

@@ -13,6 +13,7 @@ use rayon::iter::{
     ParallelIterator,
 };
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
+use tyndall_parser::source::Span;
 
 use crate::compile::placement::{self, InstanceMotion, InstancePlacement, Placement};
 use crate::compile::shapes::Local;
@@ -35,6 +36,22 @@ const MAX_COPIED_LIGHTS: usize = 1 << 21;
 /// Elements that are worth a second thread to look at.
 const MANY_ELEMENTS: usize = 1 << 12;
 
+/// Where the geometries of a world come from: the place of each one's directive, by [`GeometryId`].
+#[derive(Clone, Debug, Default)]
+pub struct Origins(Vec<Span>);
+
+impl Origins {
+    /// The place of the directive that made a geometry.
+    pub fn of(&self, geometry: GeometryId) -> Option<Span> {
+        self.0.get(geometry.index()).copied()
+    }
+
+    /// The next geometry comes from this directive.
+    fn note(&mut self, entity: &ShapeEntity) {
+        self.0.push(entity.entity.span);
+    }
+}
+
 impl Loaded {
     /// Moves everything to render space and attaches what belongs to the surfaces.
     pub(super) fn place(
@@ -43,6 +60,7 @@ impl Loaded {
         space: &RenderSpace,
         builders: &mut Builders,
         parts: &mut WorldParts,
+        origins: &mut Origins,
         diagnostics: &mut Diagnostics,
     ) {
         let mut area_lights = vec![None; frame.area_lights.len()];
@@ -56,10 +74,11 @@ impl Loaded {
                     let LocalShape { local, entity, .. } = shape;
                     let transform = space.place(&definition);
                     let placed = placed(local, &entity, Some(&definition), &transform, None);
+                    origins.note(&entity);
                     add(parts, placed, &of_surface, &entity, diagnostics);
                 }
                 Placement::Moving(moving) => {
-                    let object = object(parts, vec![(shape, of_surface)], diagnostics);
+                    let object = object(parts, origins, vec![(shape, of_surface)], diagnostics);
                     let motion = object.motion(space, &[*moving]);
                     parts.instances.push(Instance {
                         object: object.id,
@@ -75,7 +94,13 @@ impl Loaded {
                 .map(|shape| surface(shape, diagnostics))
                 .collect();
             let placements = &self.placements[object.placements.clone()];
-            object.place(surfaces, placements, space, parts, diagnostics);
+            object.place(
+                surfaces,
+                placements,
+                space,
+                (parts, &mut *origins),
+                diagnostics,
+            );
         }
     }
 }
@@ -87,7 +112,7 @@ impl LocalObject {
         surfaces: Vec<Surface>,
         placements: &[InstancePlacement],
         space: &RenderSpace,
-        parts: &mut WorldParts,
+        (parts, origins): (&mut WorldParts, &mut Origins),
         diagnostics: &mut Diagnostics,
     ) {
         let only_one = placements.len() == 1;
@@ -117,6 +142,7 @@ impl LocalObject {
                         let local = shape.local.clone();
                         let placed =
                             placed(local, entity, Some(definition), &transform, Some(&instance));
+                        origins.note(entity);
                         add(parts, placed, &surface, entity, diagnostics);
                     }
                 }
@@ -130,13 +156,14 @@ impl LocalObject {
                         shared.push((shape, surface));
                     } else {
                         let alone = vec![(shape, surface)];
-                        instantiate(alone, placements, space, parts, diagnostics);
+                        let into = (&mut *parts, &mut *origins);
+                        instantiate(alone, placements, space, into, diagnostics);
                     }
                 }
             }
         }
         if !shared.is_empty() {
-            instantiate(shared, placements, space, parts, diagnostics);
+            instantiate(shared, placements, space, (parts, origins), diagnostics);
         }
     }
 }
@@ -146,14 +173,14 @@ fn instantiate(
     shapes: Vec<(LocalShape, Surface)>,
     placements: &[InstancePlacement],
     space: &RenderSpace,
-    parts: &mut WorldParts,
+    (parts, origins): (&mut WorldParts, &mut Origins),
     diagnostics: &mut Diagnostics,
 ) {
     let own_motion = match &shapes[0].0.world_from_object {
         Placement::Moving(moving) => Some(**moving),
         Placement::Still(_) => None,
     };
-    let object = object(parts, shapes, diagnostics);
+    let object = object(parts, origins, shapes, diagnostics);
     let instance = |placement: &InstancePlacement| Instance {
         object: object.id,
         render_from_object: match (&placement.world_from_instance, own_motion) {
@@ -214,6 +241,7 @@ impl PlacedObject {
 /// object's definition.
 fn object(
     parts: &mut WorldParts,
+    origins: &mut Origins,
     shapes: Vec<(LocalShape, Surface)>,
     diagnostics: &mut Diagnostics,
 ) -> PlacedObject {
@@ -233,6 +261,7 @@ fn object(
         let still = shape.still().copied();
         let LocalShape { local, entity, .. } = shape;
         let placed = placed(local, &entity, still.as_ref(), &transform, None);
+        origins.note(&entity);
         add(parts, placed, &surface, &entity, diagnostics);
         let geometry = parts.geometries.last_mut().expect("one was just added");
         geometry.object = id;

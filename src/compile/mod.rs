@@ -40,6 +40,7 @@ use crate::math::Transform;
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 pub use assets::{Assets, NoAssets};
+pub use geometry::Origins;
 
 /// Most rays that one point of a surface sends for one purpose: nothing stops the rendering between them.
 const MAX_RAYS: u32 = 4096;
@@ -64,6 +65,8 @@ pub struct Compiled {
     pub job: Job,
     /// The way back from render space, in which the job is.
     pub world_from_render: Transform,
+    /// Where its geometries come from.
+    pub origins: Origins,
     /// Names of the job's media.
     pub medium_names: Vec<String>,
     /// The film's file name as written, relative to the working directory.
@@ -137,10 +140,12 @@ fn build(
         camera: frame.camera.entity.span,
         lights: contents.lights,
     };
+    tell_of_overlaps(&job.world, &contents.origins, diagnostics);
     surroundings::check(&job, &contents.medium_names, &places, diagnostics);
     Some(Compiled {
         job,
         world_from_render: space.world_from_render(),
+        origins: contents.origins,
         medium_names: contents.medium_names,
         filename: film.filename,
         frame: film.frame,
@@ -152,6 +157,7 @@ fn build(
 /// What stands in a world, in render space.
 struct Contents {
     parts: WorldParts,
+    origins: Origins,
     medium_names: Vec<String>,
     /// Lights that are no surfaces, and their places in the file.
     lights: Vec<(LightId, Span)>,
@@ -178,8 +184,15 @@ fn contents(
             Integrator::Path(_) | Integrator::Direct(_) | Integrator::Sppm(_)
         ),
     };
-    let mut parts = WorldParts::default();
-    loaded.place(frame, space, &mut builders, &mut parts, diagnostics);
+    let (mut parts, mut origins) = (WorldParts::default(), Origins::default());
+    loaded.place(
+        frame,
+        space,
+        &mut builders,
+        &mut parts,
+        &mut origins,
+        diagnostics,
+    );
     fit_in_hierarchies(&parts, frame.span, diagnostics)?;
     let Builders {
         mut media,
@@ -222,6 +235,7 @@ fn contents(
     parts.draws_light_in_media = integrator.integrator.asks_within_media();
     Some(Contents {
         parts,
+        origins,
         medium_names,
         lights,
         skipped,
@@ -256,6 +270,30 @@ fn warn_of_ignored_scattering(
             "\"path\" or \"volpath\"",
         );
     }
+}
+
+/// Tells of opaque surfaces that look different and lie in one place.
+fn tell_of_overlaps(world: &World, origins: &Origins, diagnostics: &mut Diagnostics) {
+    let pairs = world.overlaps();
+    let Some([first, second]) = pairs.first() else {
+        return;
+    };
+    let (Some(first), Some(second)) = (origins.of(*first), origins.of(*second)) else {
+        return;
+    };
+    let message = match pairs.len() {
+        1 => "this surface lies in the place of another that looks different".to_owned(),
+        n => format!(
+            "{n} pairs of surfaces that look different lie in one place; this is in the first"
+        ),
+    };
+    diagnostics.push(
+        Diagnostic::warning("surfaces-in-one-place", second, message)
+            .with_note(first, "the other")
+            .with_help(
+                "one of them is seen, whatever their order; move the other, or leave it out",
+            ),
+    );
 }
 
 /// Refuses more shapes than a hierarchy has numbers for.

@@ -14,10 +14,11 @@ pub mod trace;
 mod visible;
 
 use crate::camera::RayDifferential;
-use crate::math::Ray;
+use crate::ids::{GeometryId, MediumId};
+use crate::math::{Normal3, Ray, Vec3};
 use crate::sampler::Sampler;
 use crate::spectrum::Rgb;
-use crate::world::{ShadowTally, World};
+use crate::world::{Hit, ShadowTally, World};
 pub use ambient_occlusion::AmbientOcclusion;
 pub use bdpt::Bdpt;
 pub use direct::{Direct, LightSampling};
@@ -62,12 +63,40 @@ pub struct Counters {
     /// Null surfaces that paths crossed from a medium they do not border on: 0 unless media overlap, the medium around
     /// the camera is declared wrongly, or a boundary is open.
     pub mismatched_media: u64,
+    /// Paths that met a surface that scatters from a medium which it does not border on: they leave it into another one,
+    /// as if there were a boundary. 0 unless media are declared on one side of surfaces only.
+    pub one_sided: u64,
+    /// The first of these in the order of the scene.
+    pub first_one_sided: Option<GeometryId>,
 }
 
 impl Counters {
     /// Null surfaces that anything crossed from a medium they do not border on.
     pub fn mismatched(&self) -> u64 {
         self.mismatched_media + self.shadow.mismatched
+    }
+
+    /// Counts a surface that scatters and borders on another medium than the one a path is in that meets it along `d`.
+    /// What the path meets from there on says nothing more: whether that was so before is `is_misled`.
+    #[inline]
+    pub(crate) fn meet(
+        &mut self,
+        world: &World,
+        (hit, ng): (&Hit, Normal3),
+        d: Vec3,
+        medium: MediumId,
+        is_misled: &mut bool,
+    ) {
+        if !*is_misled && !world.borders_on(hit.target, ng, d, medium) {
+            *is_misled = true;
+            self.one_sided += 1;
+            self.note_one_sided(Some(hit.target.geometry));
+        }
+    }
+
+    fn note_one_sided(&mut self, geometry: Option<GeometryId>) {
+        let both = [self.first_one_sided, geometry];
+        self.first_one_sided = both.into_iter().flatten().min();
     }
 
     /// Adds the counts of another worker.
@@ -78,6 +107,8 @@ impl Counters {
         self.stuck_paths += other.stuck_paths;
         self.leaked_paths += other.leaked_paths;
         self.mismatched_media += other.mismatched_media;
+        self.one_sided += other.one_sided;
+        self.note_one_sided(other.first_one_sided);
     }
 }
 

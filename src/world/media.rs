@@ -116,6 +116,9 @@ impl World {
         let media = |hit: &Hit| self.geometry(hit.target.geometry).media;
         let hit = self.closest_where(&ray, f32::INFINITY, |hit| media(hit).is_some())?;
         let place = self.place(&ray, &hit);
+        if self.may_be_stacked(hit.target) {
+            return self.medium_before_stack(&ray, &hit);
+        }
         media(&hit).map(|interface| interface.toward(place.ng, -ray.d))
     }
 
@@ -175,6 +178,7 @@ impl World {
             let (behind, n_mismatched) = self.medium_behind_null(&ray, &hit, &place, medium);
             tally.mismatched += n_mismatched;
             medium = behind;
+            let met = ray.at(hit.at.t);
             ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
             travelled += hit.at.t;
             // A point of a large surface may lie beside the ray by its rounding error. Aimed anew, the ray still
@@ -185,6 +189,10 @@ impl World {
                     return tr;
                 }
                 t_max = to_target.length();
+                // What is nearer than the ray was moved lies in the same place as what it passed.
+                if self.may_be_stacked(hit.target) && t_max <= (ray.o - met).length() {
+                    return tr;
+                }
                 ray.d = to_target / t_max;
             }
         }

@@ -131,7 +131,7 @@ fn verbose_says_what_was_built_and_where_the_time_went() {
 fn verbose_and_the_report_say_what_was_skipped() {
     let room = Room::new();
     let unused = "Texture \"t\" \"float\" \"imagemap\" \"string filename\" \"gone.exr\"\n\
-                  MakeNamedMedium \"fog\" \"string type\" \"homogeneous\"\n\
+                  MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"float scale\" 0.02\n\
                   ObjectBegin \"o\"\nShape \"plymesh\" \"string filename\" \"gone.ply\"\nObjectEnd\n";
     room.put("ball.pbrt", &ball("Shape", &format!("{unused}Shape")));
     let run = room.run("--verbose ball.pbrt").ends_with(0);
@@ -175,4 +175,37 @@ fn a_small_picture_is_there_at_once() {
     // The least of several: what else the machine does only adds.
     let least = (0..20).map(seconds).fold(f64::INFINITY, f64::min);
     assert!(least < 0.030, "the process takes {least} s");
+}
+
+#[test]
+fn media_on_one_side_of_surfaces_are_told_at_their_place() {
+    let scene = |integrator: &str, inside: &str| {
+        format!(
+            "MakeNamedMedium \"fog\" \"string type\" \"homogeneous\" \"float scale\" 0.02\n\
+             MediumInterface \"{inside}\" \"fog\"\n\
+             Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8 \"string filename\" \"x.exr\"\n\
+             Integrator \"{integrator}\"\nCamera \"perspective\"\nWorldBegin\nTranslate 0 0 4\n\
+             LightSource \"point\" \"point from\" [0 1 -2]\n\
+             Shape \"sphere\" \"float radius\" 0.5\n\
+             Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3]\n\
+             \"point P\" [-9 -9 1 9 -9 1 9 9 1 -9 9 1]\nWorldEnd\n"
+        )
+    };
+    let room = Room::new();
+    for integrator in ["volpath", "bdpt"] {
+        // The wall turns its back to the camera.
+        room.put("wall.pbrt", &scene(integrator, ""));
+        let report = room.report("wall.pbrt");
+        let told = |finding: &&serde_json::Value| finding["code"] == "one-sided-media";
+        let findings = report["findings"].as_array().expect("a list");
+        let finding = findings.iter().find(told).expect("it is told");
+        assert_eq!(
+            (&finding["file"], &finding["line"]),
+            (&"wall.pbrt".into(), &10.into())
+        );
+        assert!(report["pictures"][0]["render"]["one_sided_media"].as_u64() > Some(0));
+        room.put("fog.pbrt", &scene(integrator, "fog"));
+        let report = room.report("fog.pbrt");
+        assert_eq!(report["pictures"][0]["render"]["one_sided_media"], 0);
+    }
 }

@@ -116,3 +116,44 @@ fn g24_flat_normals_and_smooth_ones_share_the_terminator_of_the_faces() {
         assert!(flat > 0.0 || smooth == 0.0, "at {height}: {flat} {smooth}");
     }
 }
+
+#[test]
+fn of_two_surfaces_in_one_place_the_order_decides_nothing() {
+    let quad = "Shape \"trianglemesh\" \"integer indices\" [0 1 2 0 2 3] \
+                \"point P\" [-1 -1 0 1 -1 0 1 1 0 -1 1 0]\n";
+    let fan = "Shape \"trianglemesh\" \"integer indices\" [0 1 4 1 2 4 2 3 4 3 0 4] \
+               \"point P\" [-2 -1 0 1 -1 0 1 2 0 -2 2 0 0.1 0.2 0]\n";
+    let sphere = "Shape \"sphere\"\n";
+    for turn in ["", "Rotate 31 1 2 3\n"] {
+        for shapes in [[quad, quad], [quad, fan], [sphere, sphere]] {
+            let pictures = [[0, 1], [1, 0]].map(|order| {
+                let kinds = ["\"rgb Kd\" [.8 .1 .1]", "\"rgb Kd\" [.1 .8 .1]"];
+                let sheets: String = order
+                    .iter()
+                    .map(|&i| format!("Material \"matte\" {}\n{}", kinds[i], shapes[i]))
+                    .collect();
+                let scene = format!(
+                    "Film \"image\" \"integer xresolution\" 16 \"integer yresolution\" 16\n\
+                     Integrator \"path\"\nLookAt 0.3 -1 4  0 0 0  0 1 0\n\
+                     Camera \"perspective\" \"float fov\" 30\nWorldBegin\n\
+                     LightSource \"infinite\"\n{turn}{sheets}WorldEnd\n"
+                );
+                let (job, findings) = crate::loaded::load(&scene, None);
+                let told = findings
+                    .iter()
+                    .any(|f| f.code == "surfaces-in-one-place" && f.is_located);
+                assert!(told, "{findings:?}");
+                let job = job.expect("a job").job;
+                tyndall::render::render(
+                    &job,
+                    &tyndall::render::Unwatched,
+                    &std::sync::atomic::AtomicBool::new(false),
+                )
+                .image
+                .data()
+                .to_vec()
+            });
+            assert_eq!(pictures[0], pictures[1], "{turn}{shapes:?}");
+        }
+    }
+}

@@ -51,7 +51,7 @@ use State::{Decided, Held};
 
 /// All rows, by family and number.
 #[rustfmt::skip]
-pub(crate) const ROWS: [Row; 114] = [
+pub(crate) const ROWS: [Row; 119] = [
     row("G01", 1, Held, "everything times 1e-13", "black: squared areas underflow", "the same bits for 2ᵏ, k from −40 to 40",
         &["tests/surfaces/invariance.rs::g01_g02_the_unit_of_length_changes_no_bit"]),
     row("G02", 1, Held, "everything times 1e9 and more", "crash, black, abort", "the same bits for 2ᵏ, k from −40 to 40",
@@ -108,6 +108,8 @@ pub(crate) const ROWS: [Row; 114] = [
         &["tests/textures/bump.rs::frames_of_meshes_with_normals_are_one_unit_of_their_own_space_long"]),
     row("G28", 3, Held, "curves without width, long thin curves", "nothing; depth errors", "told; less than 0.5 % of rays meet their own curve again",
         &["tests/shapes/curves.rs::g28_a_long_thin_curve_does_not_shadow_itself", "tests/shapes/curves.rs::g28_what_has_no_width_or_length_is_no_surface"]),
+    row("G29", 2, Held, "two opaque surfaces in one place", "one or the other, by rounding and by order", "one of them by content, told with both places where flat shapes, quadrics or whole meshes look different",
+        &["tests/hazards/geometry.rs::of_two_surfaces_in_one_place_the_order_decides_nothing"]),
     row("N01", 1, Held, "a lamp of r / d = 1e-4", "off by factors, abort", "to 0.1 % from 1 to 1e-7",
         &["tests/surfaces/direct.rs::n01_of_a_sphere_from_large_to_a_speck"]),
     row("N02", 1, Held, "light behind optical depth 20", "exactly 0", "as it is, up to 80",
@@ -240,6 +242,12 @@ pub(crate) const ROWS: [Row; 114] = [
         &["tests/hazards/media.rs::v21_an_eye_on_a_boundary_is_on_the_same_side_for_all_directions"]),
     row("V22", 2, Held, "chances that do not sum to 1", "not concerned", "the last channel with a chance takes the rest",
         &["tests/hazards/media.rs::v22_channels_are_chosen_by_chances_that_leave_none_out"]),
+    row("V23", 1, Held, "null walls in the place of opaque ones", "half of the sky comes into a sealed room", "exactly 0, in any order of shapes: in one place a lamp is met before an opaque surface, that before a null one",
+        &["tests/media/stacks.rs::no_light_comes_into_a_sealed_room_full_of_fog", "tests/media/stacks.rs::stacks_of_sheets_look_as_if_they_were_apart", "tests/media/stacks.rs::stacks_look_alike_where_media_are_ignored"]),
+    row("V24", 1, Held, "closed boxes of media with a common face", "a wall is skipped", "all walls are crossed: those that are left before those that are entered",
+        &["tests/media/stacks.rs::a_fog_cut_in_boxes_is_one_fog", "tests/media/stacks.rs::stacks_of_sheets_look_as_if_they_were_apart"]),
+    row("V25", 2, Decided, "a medium declared on one side of surfaces only", "`bdpt` and `volpath` differ four times, silently", "the pictures are pbrt-v3's; counted, and told with the place of the first such surface",
+        &["tests/cli/report.rs::media_on_one_side_of_surfaces_are_told_at_their_place"]),
     row("L01", 1, Held, "a scaled sphere as a lamp", "3e-6 instead of 0.07", "sampled as it is",
         &["tests/surfaces/direct.rs::l01_of_scaled_spheres", "tests/sampling.rs::l01_l02_placed_quadrics_are_drawn_by_their_density"]),
     row("L02", 2, Held, "part of a sphere as a lamp", "the energy of the whole", "sampled as it is",
@@ -264,6 +272,8 @@ pub(crate) const ROWS: [Row; 114] = [
         &["tests/bidirectional/agreement.rs::l11_a_finite_lens_sees_the_same_from_both_ends"]),
     row("L12", 3, Held, "noise of `bdpt` under narrow spots", "noisier than `path`", "one bounce, at equal time: 0.7 to 1.3 times the noise of the best strategy, cones from 30° to 0.1°",
         &["tests/bidirectional/narrow_spots.rs::l12_one_bounce_under_narrow_spots_is_hardly_noisier_than_by_the_best_strategy"]),
+    row("L13", 1, Held, "a light without extent on a surface", "lights it, by a relative epsilon", "lights both sides: what holds it, within the errors of both, does not shadow it",
+        &["tests/media/stacks.rs::a_light_on_a_surface_lights_it_from_either_side"]),
     row("I01", 1, Held, "missing files", "status 0", "status 3, and a summary",
         &["tests/cli/status.rs::a_missing_file_is_shown_at_its_place_and_changes_the_exit_status", "tests/cli/status.rs::strict_renders_nothing_if_there_is_a_single_warning_anywhere"]),
     row("I02", 1, Held, "misspelt names", "warning, defaults", "the nearest name, with its line",

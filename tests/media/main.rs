@@ -17,5 +17,6 @@ mod points_in_fog;
 mod sharing;
 mod single_scattering;
 mod skies;
+mod stacks;
 mod transmittance;
 mod vectors;

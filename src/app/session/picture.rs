@@ -114,7 +114,7 @@ impl Session<'_> {
                 message,
             ));
         }
-        self.tell_of_media(&name, &rendered.report.counters);
+        self.tell_of_media(&name, compiled, &rendered.report.counters);
         let lost = self.lost_samples(&name, compiled, &rendered);
         report.outcome = report.outcome.max(lost);
         if self.interrupt.is_wanted() && rendered.report.cancelled {
@@ -228,7 +228,25 @@ impl Session<'_> {
     }
 
     /// Reports boundaries of media that contradict each other. The picture is that of the declarations.
-    fn tell_of_media(&mut self, name: &str, counters: &Counters) {
+    fn tell_of_media(&mut self, name: &str, compiled: &Compiled, counters: &Counters) {
+        let n_one_sided = counters.one_sided;
+        if n_one_sided > 0 {
+            let first = counters.first_one_sided;
+            let span = first.and_then(|geometry| compiled.origins.of(geometry));
+            let message = format!(
+                "{n_one_sided} paths of {name} met a surface from a medium that is not declared on that side of it"
+            );
+            let mut diagnostic =
+                Diagnostic::new(Severity::Warning, "one-sided-media", span, message);
+            diagnostic.label =
+                "this is the first: what it scatters back is in another medium".to_owned();
+            diagnostic.help = Some(
+                "where a surface does not end a medium, declare it on both sides: \
+                 MediumInterface \"fog\" \"fog\""
+                    .to_owned(),
+            );
+            self.tell(diagnostic);
+        }
         let mut warn = |code, message| {
             self.tell(Diagnostic::new(Severity::Warning, code, None, message));
         };

@@ -52,6 +52,8 @@ struct Head {
     /// Density of its direction; of its position, if it comes from infinitely far away.
     pdf: f64,
     medium: MediumId,
+    /// It has met a surface in a medium that this does not border on.
+    is_misled: bool,
     /// Most vertices of the path.
     limit: usize,
     /// Lights that are met count, also behind the last vertex.
@@ -77,6 +79,7 @@ impl<'a> Tracer<'a> {
             beta: Rgb::ONE,
             pdf: pdf_w,
             medium,
+            is_misled: false,
             limit,
             looks_for_light: looks_for_light && self.emitters.any_met,
         };
@@ -128,6 +131,7 @@ impl<'a> Tracer<'a> {
             beta,
             pdf,
             medium: sample.medium,
+            is_misled: false,
             limit,
             looks_for_light: false,
         };
@@ -221,6 +225,11 @@ impl<'a> Tracer<'a> {
             (vertex.wo, vertex.beta) = (-head.ray.d, head.beta);
             vertex.hit = Some(hit);
             vertex.medium_through = world.medium_through_stack(&head.ray, &hit, head.medium);
+            if vertex.medium_through.is_none() {
+                let (met, d) = ((&hit, surface.ng), head.ray.d);
+                let is_misled = &mut head.is_misled;
+                self.counters.meet(world, met, d, head.medium, is_misled);
+            }
             vertex.one_way = one_way;
             if !self.scatter(&mut head, path, vertex, numbers) {
                 return;

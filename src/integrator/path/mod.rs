@@ -121,6 +121,7 @@ impl Path {
             } else {
                 MediumId::NONE
             },
+            is_misled: false,
             past_walls: cloud.is_some(),
             is_clear: false,
             origin: Origin::Certain,

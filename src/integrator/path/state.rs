@@ -46,6 +46,8 @@ pub(super) struct State<'a, O> {
     pub(super) rng: Rng,
     pub(super) ray: Ray,
     pub(super) medium: MediumId,
+    /// It has met a surface in a medium that this does not border on.
+    pub(super) is_misled: bool,
     /// The medium is that of a cloud, wherever the path is, from beginning to end: it does not ask for walls.
     pub(super) past_walls: bool,
     /// The ray comes from a collision, and meets no surface before the next.
@@ -286,6 +288,11 @@ impl<O: Observer> State<'_, O> {
     ) -> bool {
         let (wo, eta_scale) = (-self.ray.d, self.eta_scale);
         let through = self.medium_through::<VOLUMETRIC>(hit);
+        if VOLUMETRIC && through.is_none() {
+            let (met, d) = ((hit, surface.ng), self.ray.d);
+            let (counters, is_misled) = (&mut *self.counters, &mut self.is_misled);
+            counters.meet(self.world, met, d, self.medium, is_misled);
+        }
         let scattered = self.scatter_by::<VOLUMETRIC>(hit, surface, bsdf, wo, through);
         let Some(transmitted) = scattered else {
             return false;

@@ -263,6 +263,12 @@ impl Quadric {
         Normal3::from_f64(self.render_from_object.normal(n).normalize())
     }
 
+    /// Whether it is the same surface, on whichever side its normals are.
+    pub fn is_same_form(&self, other: &Self) -> bool {
+        let text = |quadric: &Self| format!("{:?} {:?}", quadric.form, quadric.render_from_object);
+        text(self) == text(other)
+    }
+
     /// The sphere in render space, if this is a whole one: centre and radius.
     pub fn whole_sphere(&self) -> Option<(DVec3, f64)> {
         match (self.form, self.uniform_scale) {

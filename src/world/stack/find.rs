@@ -1,12 +1,15 @@
 //! Which elements may share a place with others, found at load: those that meet a null surface, a lamp or a light without
 //! extent, and these. A scene where none do asks for nothing more.
 
+use std::collections::HashMap;
+
 use glam::{DAffine3, DVec3};
+use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
 
 use super::Stacks;
 use super::pairs::{Form, Piece, boxes_touch, may_meet};
-use crate::ids::{InstanceId, LightId};
-use crate::math::animated::corners_of;
+use crate::accel::{Bvh, Item, push_item};
+use crate::ids::{GeometryId, InstanceId, LightId};
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Motion, Point3};
 use crate::shape::Shape;
@@ -21,6 +24,7 @@ impl World {
     pub(in crate::world) fn find_stacks(&self) -> Option<Stacks> {
         let mut found = Found {
             world: self,
+            swept: HashMap::new(),
             elements: vec![Vec::new(); self.geometries.len()],
             lights: Vec::new(),
             error: 0.0,
@@ -34,7 +38,7 @@ impl World {
                 continue;
             }
             let target = |element| ElementRef {
-                geometry: crate::ids::GeometryId::new(index),
+                geometry: GeometryId::new(index),
                 element,
             };
             for element in 0..geometry.shape.n_elements() as u32 {
@@ -52,11 +56,14 @@ impl World {
                 found.place(LightId::new(index), p);
             }
         }
+        let overlaps = self.find_overlaps(&mut found.elements, &mut found.error);
         let is_any = !found.lights.is_empty() || found.elements.iter().any(|e| !e.is_empty());
         is_any.then_some(Stacks {
-            elements: found.elements,
             lights: found.lights,
             error: found.error as f32,
+            order: self.order_by_content(&found.elements),
+            elements: found.elements,
+            overlaps,
         })
     }
 }
@@ -68,12 +75,14 @@ fn is_passed_or_emits(geometry: &Geometry) -> bool {
 
 struct Found<'a> {
     world: &'a World,
+    /// Elements of moving instances, in boxes around all places they get to.
+    swept: HashMap<InstanceId, Bvh>,
     elements: Vec<Vec<u64>>,
     lights: Vec<u64>,
     error: f64,
 }
 
-fn set(bits: &mut Vec<u64>, index: usize) {
+pub(super) fn set(bits: &mut Vec<u64>, index: usize) {
     let word = index / 64;
     if bits.len() <= word {
         bits.resize(word + 1, 0);
@@ -95,13 +104,10 @@ impl Found<'_> {
         let Some(piece) = self.world.piece(target, instance) else {
             return;
         };
-        let mut near = Vec::new();
-        self.world.for_all_near(&piece.bounds, |other, placed| {
-            if (other, placed) != (target, instance) {
-                near.push((other, placed));
+        for (other, placed) in self.near(&piece.bounds) {
+            if (other, placed) == (target, instance) {
+                continue;
             }
-        });
-        for (other, placed) in near {
             let Some(other_piece) = self.world.piece(other, placed) else {
                 continue;
             };
@@ -110,6 +116,53 @@ impl Found<'_> {
                 self.set(other, &other_piece);
             }
         }
+    }
+
+    /// All elements that may touch a box at any time, and some more.
+    fn near(&mut self, bounds: &Bounds3) -> Vec<(ElementRef, InstanceId)> {
+        let world = self.world;
+        let stands = InstanceId::NONE;
+        let mut near = Vec::new();
+        let mut slots = Vec::new();
+        world.bvh.touching(
+            bounds,
+            |key| near.push((items::element_of(key), stands)),
+            |key| slots.push(items::slot_of(key)),
+        );
+        for slot in slots {
+            let id = match slot {
+                Slot::Element(target) => {
+                    near.push((target, stands));
+                    continue;
+                }
+                Slot::Instance(id) => id,
+            };
+            let instance = &world.instances[id.index()];
+            let object = &world.objects[instance.object.index()];
+            if !boxes_touch(bounds, &instance.bounds(object, world.shutter)) {
+                continue;
+            }
+            let mut found = Vec::new();
+            match &instance.render_from_object {
+                Motion::Still(transform) => {
+                    let of = [bounds.min.to_f64(), bounds.max.to_f64()];
+                    let inverse = Motion::Still(transform.inverse());
+                    let [lo, hi] = inverse.bounds(of, world.shutter);
+                    let within = Bounds3::around(lo, hi);
+                    let mut slots = Vec::new();
+                    object
+                        .bvh()
+                        .touching(&within, |key| found.push(key), |key| slots.push(key));
+                    found.extend(slots);
+                }
+                Motion::Moving(_) => {
+                    let swept = self.swept.entry(id).or_insert_with(|| world.swept(id));
+                    swept.touching(bounds, |_| {}, |key| found.push(key));
+                }
+            }
+            near.extend(found.into_iter().map(|key| (items::element_of(key), id)));
+        }
+        near
     }
 
     /// Marks a light if it may lie on a surface.
@@ -121,7 +174,7 @@ impl Found<'_> {
             error,
         };
         let (mut is_on_surface, mut widest) = (false, 0f64);
-        self.world.for_all_near(&point.bounds, |other, placed| {
+        for (other, placed) in self.near(&point.bounds) {
             if let Some(piece) = self.world.piece(other, placed)
                 && boxes_touch(&point.bounds, &piece.bounds)
                 && may_meet(&point, &piece)
@@ -129,7 +182,7 @@ impl Found<'_> {
                 is_on_surface = true;
                 widest = widest.max(piece.error);
             }
-        });
+        }
         if is_on_surface {
             set(&mut self.lights, light.index());
             self.error = self.error.max(widest).max(error);
@@ -138,9 +191,33 @@ impl Found<'_> {
 }
 
 impl World {
+    /// The elements of a moving instance, each in a box around all places it gets to.
+    fn swept(&self, id: InstanceId) -> Bvh {
+        let object = self.instances[id.index()].object;
+        let parts = (0..self.geometries.len()).filter(|&i| self.geometries[i].object == object);
+        let elements: Vec<[u32; 2]> = parts
+            .flat_map(|index| {
+                let n = self.geometries[index].shape.n_elements() as u32;
+                (0..n).map(move |element| [index as u32, element])
+            })
+            .collect();
+        let boxes: Vec<Bounds3> = elements
+            .par_iter()
+            .map(|&key| {
+                let piece = self.piece(items::element_of(key), id);
+                piece.map_or(Bounds3::EMPTY, |piece| piece.bounds)
+            })
+            .collect();
+        let mut items = Vec::with_capacity(boxes.len());
+        for (bounds, key) in boxes.iter().zip(elements) {
+            push_item(&mut items, Item::slot(bounds, key));
+        }
+        Bvh::build(items, |_| unreachable!("there are no triangles"))
+    }
+
     /// An element where it is, and while it moves. `None` if rays do not meet it, and for curves, which turn to whoever
     /// looks.
-    fn piece(&self, target: ElementRef, instance: InstanceId) -> Option<Piece> {
+    pub(super) fn piece(&self, target: ElementRef, instance: InstanceId) -> Option<Piece> {
         let shape = &self.geometry(target.geometry).shape;
         let bounds = shape.bounds(target.element);
         if bounds.is_empty() || matches!(shape, Shape::Curves(_)) {
@@ -187,60 +264,5 @@ impl World {
             form,
             error,
         })
-    }
-
-    /// Tells of all elements that may touch a box at any time.
-    fn for_all_near(&self, bounds: &Bounds3, mut f: impl FnMut(ElementRef, InstanceId)) {
-        let mut near = Vec::new();
-        let mut instances = Vec::new();
-        self.bvh.touching(
-            bounds,
-            |key| near.push(items::element_of(key)),
-            |key| {
-                if let Slot::Instance(instance) = items::slot_of(key) {
-                    instances.push(instance);
-                }
-            },
-        );
-        // Slots that are elements come after triangles.
-        self.bvh.touching(
-            bounds,
-            |_| {},
-            |key| {
-                if let Slot::Element(target) = items::slot_of(key) {
-                    near.push(target);
-                }
-            },
-        );
-        near.into_iter()
-            .for_each(|target| f(target, InstanceId::NONE));
-        for id in instances {
-            let instance = &self.instances[id.index()];
-            let object = &self.objects[instance.object.index()];
-            if !boxes_touch(bounds, &instance.bounds(object, self.shutter)) {
-                continue;
-            }
-            let within = match &instance.render_from_object {
-                Motion::Still(transform) => {
-                    let object_from_render = *transform.inverse().affine();
-                    let corners = corners_of([bounds.min.to_f64(), bounds.max.to_f64()])
-                        .map(|p| object_from_render.transform_point3(p));
-                    let [lo, hi] = corners
-                        .iter()
-                        .fold([DVec3::INFINITY, DVec3::NEG_INFINITY], |[lo, hi], p| {
-                            [lo.min(*p), hi.max(*p)]
-                        });
-                    Bounds3::around(lo, hi)
-                }
-                Motion::Moving(_) => object.bvh().bounds(),
-            };
-            let found = std::cell::RefCell::new(Vec::new());
-            let push = |key| found.borrow_mut().push(items::element_of(key));
-            object.bvh().touching(&within, push, push);
-            found
-                .into_inner()
-                .into_iter()
-                .for_each(|target| f(target, id));
-        }
     }
 }

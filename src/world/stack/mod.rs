@@ -9,13 +9,14 @@
 //! one place is then gathered by a query of its own, and the offsets of rays that leave it clear all of it.
 
 mod find;
+mod overlaps;
 mod pairs;
 
 use std::cell::RefCell;
 
 use arrayvec::ArrayVec;
 
-use crate::ids::{InstanceId, LightId, MediumId};
+use crate::ids::{GeometryId, InstanceId, LightId, MediumId};
 use crate::math::error::{EPSILON, gamma};
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::shape::{ElementHit, Place, Shape};
@@ -36,6 +37,10 @@ pub(super) struct Stacks {
     lights: Vec<u64>,
     /// No place of these is farther from where it should be, in any coordinate.
     error: f32,
+    /// A rank of each geometry by its content, to choose among opaque ones.
+    order: Vec<u32>,
+    /// Opaque ones in one place that look different.
+    overlaps: Vec<[GeometryId; 2]>,
 }
 
 /// Another surface where a ray meets one.
@@ -187,7 +192,11 @@ impl World {
             let rank = self.rank(other);
             rank < own || rank == own && own < 2 && !is_of_hit(other)
         };
-        let key = |hit: &Hit| (self.rank(hit), hit.target.geometry, hit.target.element);
+        let key = |hit: &Hit| {
+            let geometry = hit.target.geometry;
+            let by_content = self.stacks.as_ref().map(|s| s.order[geometry.index()]);
+            (self.rank(hit), by_content, geometry, hit.target.element)
+        };
         let others = stack.others.iter().map(|m| m.hit).filter(may_be_first);
         others.fold(hit, |first, other| std::cmp::min_by_key(first, other, key))
     }
@@ -344,6 +353,19 @@ impl World {
         let others = stack.others.iter().map(|m| (m.hit, m.place.ng));
         let others = others.filter(|(hit, _)| self.is_boundary(hit));
         self.lead([(*hit, place.ng)].into_iter().chain(others), d, medium)
+    }
+
+    /// The medium before the boundaries in the place of one that a ray meets. `None` if they do not say.
+    #[cold]
+    pub(super) fn medium_before_stack(&self, ray: &Ray, hit: &Hit) -> Option<MediumId> {
+        let place = self.bare_place(ray, hit);
+        // What leads on from ahead leads back to here.
+        let back = |medium| match self.stack(ray, hit, &place, |_| true) {
+            Some(stack) => self.lead_through(hit, &place, &stack, -ray.d, medium).0,
+            None => self.medium_toward(hit.target, place.ng, -ray.d, medium),
+        };
+        let [one, other] = [MediumId::NONE, MediumId(MediumId::NONE.0 - 1)].map(back);
+        (one == other).then_some(one)
     }
 
     /// Where boundaries in one place lead in direction `d` from `medium`, whatever their order: to the medium that is

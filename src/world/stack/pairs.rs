@@ -90,6 +90,24 @@ fn triangles_meet(p: [DVec3; 3], q: [DVec3; 3], error: f64) -> bool {
         .any(is_between)
 }
 
+/// Whether triangles in one plane have more than a seam in common.
+pub(super) fn flat_overlap(p: [DVec3; 3], q: [DVec3; 3], error: f64) -> bool {
+    let n = (p[1] - p[0]).cross(p[2] - p[0]);
+    let is_between = |[a, b]: [DVec3; 2]| {
+        let Some(axis) = n.cross(b - a).try_normalize() else {
+            return true;
+        };
+        let extent = |t: [DVec3; 3]| {
+            let x = t.map(|corner| axis.dot(corner));
+            [x[0].min(x[1]).min(x[2]), x[0].max(x[1]).max(x[2])]
+        };
+        let ([p0, p1], [q0, q1]) = (extent(p), extent(q));
+        (p0 - q1).max(q0 - p1) >= -error
+    };
+    let edges = |t: [DVec3; 3]| [[t[0], t[1]], [t[1], t[2]], [t[2], t[0]]];
+    !edges(p).into_iter().chain(edges(q)).any(is_between)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
