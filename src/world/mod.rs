@@ -96,7 +96,7 @@ pub struct Facts {
     pub has_holes: bool,
     /// Some mesh has parts that cast no shadow.
     pub has_shadow_holes: bool,
-    /// Some instance moves.
+    /// Some instance moves while the shutter is open.
     pub has_motion: bool,
     /// Some light is a point, and some homogeneous medium scatters.
     pub has_points_in_fog: bool,
@@ -244,7 +244,7 @@ impl World {
             has_motion: parts
                 .instances
                 .iter()
-                .any(|i| !i.render_from_object.is_still()),
+                .any(|i| !i.render_from_object.is_still_within(parts.shutter)),
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
             has_lamps: parts.geometries.iter().any(|g| g.first_light.is_some()),

@@ -374,6 +374,16 @@ pub(crate) struct Stand {
 }
 
 impl Still {
+    /// Without balls that emit: in pbrt-v3 quadrics that are mirrored shine inward.
+    pub(crate) fn without_shining_balls(mut self) -> Self {
+        for lamp in &mut self.lamps {
+            if lamp.kind == 4 {
+                lamp.kind = 5;
+            }
+        }
+        self
+    }
+
     /// The scene in units of `s`, with `before` at the beginning of its world.
     pub(crate) fn text(&self, s: f64, stand: &Stand, before: &str) -> String {
         self.text_with(s, stand, before, Form::Plain)
