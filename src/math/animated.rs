@@ -164,12 +164,6 @@ pub struct MotionChain {
 }
 
 impl Motion {
-    /// Whether it is the same at all times.
-    #[inline]
-    pub fn is_still(&self) -> bool {
-        matches!(self, Self::Still(_))
-    }
-
     /// Whether it is the same at all times from the first to the second: a motion before or after the shutter moves nothing.
     pub fn is_still_within(&self, times: [f64; 2]) -> bool {
         match self {
