@@ -1,8 +1,8 @@
 //! Which light a point asks: how the lights of a world are chosen among.
 //!
 //! Lights with a place are chosen by a [`LightTree`], those at infinity (distant, infinite) beside it by fixed
-//! probabilities. Between the two groups the receiver decides: half by the irradiance that each may bring there, half evenly
-//! among *sources* (a light, or all elements of an emitting shape), so that a lamp is found beside a sky that outshines it.
+//! probabilities. Between the two groups the receiver decides: two thirds by the irradiance that each may bring there, one
+//! third evenly among *sources* (a light, or all elements of an emitting shape), so that a lamp is found beside a sky that outshines it.
 //! Nothing of that depends on how far the scene reaches: what is out of sight changes no choice.
 //!
 //! Fixed probabilities compare the lights at infinity with others by a sphere around what the camera sees.
@@ -54,6 +54,9 @@ struct Tree {
 const FAR: u32 = 1 << 31;
 /// Share of the mean power that a light counts at least: colours with negative channels may have none.
 const MIN_POWER: f64 = 1e-6;
+/// Part of the choice between the lights with a place and those at infinity that is made evenly among sources: what hides
+/// either is not known.
+const EVENLY: f32 = 1.0 / 3.0;
 /// Least probability of the lights with a place, and of those at infinity, where there are both.
 const MIN_SHARE: f32 = 1e-6;
 
@@ -102,7 +105,8 @@ impl Tree {
         let near = self.tree.bound(at.p, at.ng);
         if near > 0.0 {
             let by_irradiance = near / (near + self.far_irradiance);
-            (0.5 * (by_irradiance + self.near_sources)).clamp(MIN_SHARE, 1.0 - MIN_SHARE)
+            let mixed = by_irradiance + EVENLY * (self.near_sources - by_irradiance);
+            mixed.clamp(MIN_SHARE, 1.0 - MIN_SHARE)
         } else {
             0.0
         }
@@ -222,13 +226,14 @@ impl World {
         }
         let (_, n_near) = self.sources(&intensities);
         let n_far = irradiances.iter().filter(|e| **e > 0.0).count();
+        let n_sources = (n_near + n_far).max(1);
         let far_total: f64 = irradiances.iter().sum();
         let near_total: f64 = intensities.iter().sum();
         let least = MIN_POWER / far.len().max(1) as f64;
         let far_weights: Vec<f64> = irradiances
             .iter()
             .map(|&e| {
-                let evenly = if e > 0.0 { 1.0 / n_far as f64 } else { 0.0 };
+                let evenly = if e > 0.0 { 1.0 / n_sources as f64 } else { 0.0 };
                 (e / far_total.max(f64::MIN_POSITIVE) + evenly).max(least)
             })
             .collect();
@@ -244,7 +249,7 @@ impl World {
                 far,
                 places,
                 far_irradiance: far_irradiance.clamp(1e-37, 1e37) as f32,
-                near_sources: (n_near as f64 / (n_near + n_far).max(1) as f64) as f32,
+                near_sources: (n_near as f64 / n_sources as f64) as f32,
             }),
         })
     }
@@ -300,12 +305,12 @@ impl World {
     }
 }
 
-/// What a light at infinity brings to a receiver, roughly: the luminance of its irradiance. 0 for lights that only lack an
-/// area.
+/// What a light at infinity brings to a receiver by light samples, roughly: the luminance of its irradiance. Of a sky, most is
+/// found by directions, so that only a part counts. 0 for lights that only lack an area.
 fn irradiance(light: &Light) -> f64 {
     match light {
         Light::Distant(distant) => brightness(distant.radiance),
-        Light::Infinite(infinite) => infinite.irradiance(),
+        Light::Infinite(infinite) => infinite.irradiance() * std::f64::consts::FRAC_1_PI,
         _ => 0.0,
     }
 }
