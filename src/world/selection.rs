@@ -2,7 +2,8 @@
 //!
 //! Lights with a place are chosen by a [`LightTree`], those at infinity (distant, infinite) beside it by fixed
 //! probabilities. Between the two groups the receiver decides: two thirds by the irradiance that each may bring there, one
-//! third evenly among *sources* (a light, or all elements of an emitting shape), so that a lamp is found beside a sky that outshines it.
+//! third evenly among *sources* (a light, or all elements of an emitting shape), so that a lamp is found beside a sky that
+//! outshines it.
 //! Nothing of that depends on how far the scene reaches: what is out of sight changes no choice.
 //!
 //! Fixed probabilities compare the lights at infinity with others by a sphere around what the camera sees.

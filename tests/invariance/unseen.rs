@@ -125,13 +125,13 @@ fn reordering((scene, strategy): (Still, usize)) -> Result<(), TestCaseError> {
 }
 
 #[test]
-fn the_order_of_everything_changes_no_bit() {
+fn no_order_changes_a_bit() {
     for_all(300, false, scenes(), reordering);
 }
 
 #[test]
 #[ignore = "long"]
-fn the_order_of_everything_changes_no_bit_of_many_scenes() {
+fn no_order_changes_a_bit_of_many_scenes() {
     for_all(300, true, scenes(), reordering);
 }
 
@@ -155,14 +155,14 @@ fn form() -> impl Strategy<Value = Form> {
 }
 
 #[test]
-fn objects_motions_and_nesting_change_next_to_nothing() {
+fn objects_motions_and_nesting_change_little() {
     let scenes = (decorated(WITHOUT_LIGHT_PATHS, false), 0..STRATEGIES.len());
     for_all(200, false, (scenes, form()), rewriting);
 }
 
 #[test]
 #[ignore = "long"]
-fn objects_motions_and_nesting_change_next_to_nothing_much() {
+fn objects_motions_and_nesting_change_little_of_many() {
     let scenes = (decorated(WITHOUT_LIGHT_PATHS, false), 0..STRATEGIES.len());
     for_all(200, true, (scenes, form()), rewriting);
 }
