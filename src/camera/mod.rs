@@ -171,10 +171,11 @@ impl Camera {
         }
     }
 
-    /// Whether it stands still.
+    /// Whether it stands still while the shutter is open.
     #[inline]
     pub fn is_still(&self) -> bool {
-        self.render_from_camera.is_still()
+        let shutter = self.shutter.map(f64::from);
+        self.render_from_camera.is_still_within(shutter)
     }
 
     /// When the shutter opens and closes.

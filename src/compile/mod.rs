@@ -24,6 +24,7 @@ use tyndall_parser::schema::{Family, PluginRef};
 use tyndall_parser::source::{Span, Spanned};
 
 use crate::accel::Bvh;
+use crate::camera::{Camera, CameraSample};
 use crate::compile::geometry::{Builders, Loaded};
 use crate::compile::materials::MaterialBuilder;
 use crate::compile::media::Media;
@@ -36,7 +37,7 @@ use crate::ids::{LightId, MediumId};
 use crate::image::PixelRect;
 use crate::integrator::Integrator;
 use crate::material::Materials;
-use crate::math::Transform;
+use crate::math::{Ray, Transform};
 use crate::render::Job;
 use crate::world::{World, WorldParts};
 use assets::lack_of_memory;
@@ -128,9 +129,12 @@ fn build(
         shutter: camera.shutter(),
         ..contents.parts
     };
+    let mut world = World::new(parts);
+    let camera = camera.place(&space);
+    world.look(view_rays(&camera, film.desc.resolution));
     let job = Job {
-        world: World::new(parts),
-        camera: camera.place(&space),
+        world,
+        camera,
         pixel_bounds: integrator.pixel_bounds,
         integrator: integrator.integrator_at(space.scale()),
         film: film.desc,
@@ -154,6 +158,24 @@ fn build(
         frame: film.frame,
         integrator: integrator.name,
         skipped: contents.skipped,
+    })
+}
+
+/// Rays of a camera to the whole of what it sees, whatever part of the picture is wanted.
+fn view_rays(camera: &Camera, resolution: [u32; 2]) -> impl Iterator<Item = Ray> {
+    const N: u32 = 16;
+    // Off the lines of symmetry of scenes, where rounding would decide what is met.
+    const OFFSET: [f64; 2] = [0.437, 0.561];
+    (0..N * N).filter_map(move |k| {
+        let cell = [k % N, k / N];
+        let sample = CameraSample {
+            raster: [0, 1].map(|axis| {
+                f64::from(resolution[axis]) * (f64::from(cell[axis]) + OFFSET[axis]) / f64::from(N)
+            }),
+            time: 0.5,
+            lens: [0.5; 2],
+        };
+        Some(camera.ray(&sample)?.ray)
     })
 }
 
@@ -208,7 +230,7 @@ fn contents(
         Some(medium) => media.id(medium, diagnostics),
         None => MediumId::NONE,
     };
-    let lights = lights::build(
+    let mut lights = lights::build(
         frame,
         space,
         assets,
@@ -218,6 +240,10 @@ fn contents(
         diagnostics,
     );
     let needs_light = !matches!(integrator.integrator, Integrator::AmbientOcclusion(_));
+    let ids = parts.order_lights();
+    for (light, _) in &mut lights {
+        *light = ids[light.index()];
+    }
     if parts.lights.is_empty() && needs_light {
         diagnostics.push(
             Diagnostic::warning("no-lights", frame.span, "the scene has no lights")

@@ -157,12 +157,9 @@ impl InfiniteLight {
         }
     }
 
-    /// Power that reaches a sphere of radius `scene_radius`.
-    pub fn power(&self, scene_radius: f64) -> f64 {
+    /// Luminance of the irradiance from half of an even sky of its mean radiance.
+    pub fn irradiance(&self) -> f64 {
         let mean = self.map.as_ref().map_or(Rgb::ONE, PlacedMap::mean);
-        std::f64::consts::PI
-            * scene_radius
-            * scene_radius
-            * (self.radiance * mean).luminance() as f64
+        std::f64::consts::PI * (self.radiance * mean).luminance() as f64
     }
 }

@@ -68,9 +68,9 @@ impl Light {
         }
     }
 
-    /// Whether it takes light away in some channel: colours beyond the gamut do, as those of single wavelengths.
-    pub fn is_partly_negative(&self) -> bool {
-        let strength = match self {
+    /// Its radiance, irradiance or intensity, or what multiplies a map of that.
+    pub fn strength(&self) -> Rgb {
+        match self {
             Self::Point(point) => point.intensity,
             Self::Spot(spot) => spot.strength(),
             Self::Projection(projection) => projection.strength(),
@@ -78,8 +78,12 @@ impl Light {
             Self::Distant(distant) => distant.radiance,
             Self::Infinite(infinite) => infinite.strength(),
             Self::Area(area) => area.radiance,
-        };
-        strength.min_component() < 0.0
+        }
+    }
+
+    /// Whether it takes light away in some channel: colours beyond the gamut do, as those of single wavelengths.
+    pub fn is_partly_negative(&self) -> bool {
+        self.strength().min_component() < 0.0
     }
 
     /// Whether it is a lamp that anywhere lights otherwise than it shows.

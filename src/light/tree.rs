@@ -67,8 +67,8 @@ const MAX_EMITTERS: usize = 1 << 29;
 const MIN_COSINE: f32 = 0.02;
 /// Width of the range in which rounding may put an angle of emission, in radians, or its cosine.
 const ROUNDING: f32 = 1e-4;
-/// Range of importances: their ratios keep to the normal numbers of f32.
-const IMPORTANCES: [f32; 2] = [1e-18, 1e18];
+/// Range of importances, whatever the unit of length: sums of two keep to the normal numbers of f32.
+const IMPORTANCES: [f32; 2] = [1e-37, 1e37];
 /// Least share of all intensity that counts: less is counted as this.
 const MIN_SHARE: f64 = 1e-12;
 /// Least probability of a child that can contribute: bounds are no promise, and 1 minus a probability keeps its digits.
@@ -155,10 +155,11 @@ impl LightTree {
         Some(builder.tree)
     }
 
-    /// Whether any light can reach a receiver of normal `ng`, zero in a medium.
+    /// Bound of the irradiance from all lights at a receiver of normal `ng`, zero in a medium, over the sum of their
+    /// intensities; 0 only if none can reach it.
     #[inline]
-    pub fn reaches(&self, p: Point3, ng: Normal3) -> bool {
-        self.nodes[0].importance(p, ng) > 0.0
+    pub fn bound(&self, p: Point3, ng: Normal3) -> f32 {
+        self.nodes[0].importance(p, ng)
     }
 
     /// Probability of the first of two siblings. Where neither contributes it does not matter, but for the sum over

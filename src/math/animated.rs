@@ -93,6 +93,11 @@ impl AnimatedTransform {
         Transform::from_affine(self.interpolate((time - start) / (end - start)))
     }
 
+    /// Whether it is the same at all times from the first to the second.
+    fn is_still_within(&self, [first, last]: [f64; 2]) -> bool {
+        first == last || last <= self.times[0] || first >= self.times[1]
+    }
+
     /// The map at a fraction of the way.
     fn interpolate(&self, x: f64) -> DAffine3 {
         let [a, b] = &self.parts;
@@ -159,10 +164,12 @@ pub struct MotionChain {
 }
 
 impl Motion {
-    /// Whether it is the same at all times.
-    #[inline]
-    pub fn is_still(&self) -> bool {
-        matches!(self, Self::Still(_))
+    /// Whether it is the same at all times from the first to the second: a motion before or after the shutter moves nothing.
+    pub fn is_still_within(&self, times: [f64; 2]) -> bool {
+        match self {
+            Self::Still(_) => true,
+            Self::Moving(chain) => chain.links.iter().all(|link| link.is_still_within(times)),
+        }
     }
 
     /// The transform at a time; `None` where it is singular for a moment.

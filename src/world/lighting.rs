@@ -138,17 +138,18 @@ impl World {
         }
     }
 
-    /// Power of a light in render-space units, for choosing among lights.
+    /// Power of a light in render-space units, for choosing among lights: of one at infinity, what passes through a sphere as
+    /// wide as what the camera sees.
     pub(super) fn power(&self, light: &Light) -> f64 {
         use std::f64::consts::PI;
-        let (_, radius) = self.bounding_sphere();
+        let radius = self.view_radius;
         match light {
             Light::Point(point) => 4.0 * PI * point.intensity.luminance() as f64,
             Light::Spot(spot) => spot.power(),
             Light::Projection(projection) => projection.power(),
             Light::Goniometric(goniometric) => goniometric.power(),
             Light::Distant(distant) => PI * radius * radius * distant.radiance.luminance() as f64,
-            Light::Infinite(infinite) => infinite.power(radius),
+            Light::Infinite(infinite) => radius * radius * infinite.irradiance(),
             Light::Area(area) => {
                 let sides = if area.lights_both_sides() { 2.0 } else { 1.0 };
                 let shape = &self.geometry(area.geometry).shape;

@@ -9,6 +9,7 @@ pub mod emission;
 pub mod instance;
 mod items;
 pub mod lamps;
+mod light_order;
 pub mod lighting;
 pub mod media;
 pub mod segment;
@@ -20,11 +21,14 @@ use rayon::iter::{
     IndexedParallelIterator, IntoParallelRefIterator, ParallelExtend, ParallelIterator,
 };
 
+use glam::DVec3;
+
 use crate::accel::{Bvh, RayShear};
 use crate::ids::{GeometryId, InstanceId, LightId, MaterialId, MediumId, ObjectId};
 use crate::light::{Light, LightChoice};
 use crate::material::Materials;
 use crate::math::error::offset_origin;
+use crate::math::transform::power_of_two_near;
 use crate::math::{Bounds3, Normal3, Point3, Ray, Vec3};
 use crate::medium::Medium;
 use crate::shape::{ElementHit, Place, Shape, SurfacePoint};
@@ -94,7 +98,7 @@ pub struct Facts {
     pub has_holes: bool,
     /// Some mesh has parts that cast no shadow.
     pub has_shadow_holes: bool,
-    /// Some instance moves.
+    /// Some instance moves while the shutter is open.
     pub has_motion: bool,
     /// Some light is a point, and some homogeneous medium scatters.
     pub has_points_in_fog: bool,
@@ -194,6 +198,10 @@ pub struct World {
     n_elements: usize,
     /// Where media end, for light sampling, that no surface bounds: twice the radius of a sphere around all surfaces.
     horizon: f32,
+    /// Radius of a sphere around most of what the camera sees, for choices among lights; of one around all surfaces until
+    /// the camera is known.
+    view_radius: f64,
+    light_strategy: LightStrategy,
     facts: Facts,
 }
 
@@ -240,7 +248,7 @@ impl World {
             has_motion: parts
                 .instances
                 .iter()
-                .any(|i| !i.render_from_object.is_still()),
+                .any(|i| !i.render_from_object.is_still_within(parts.shutter)),
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
             has_lamps: parts.geometries.iter().any(|g| g.first_light.is_some()),
@@ -294,16 +302,48 @@ impl World {
             bvh,
             n_elements,
             horizon: f32::INFINITY,
+            view_radius: 1.0,
+            light_strategy: parts.light_strategy,
             facts,
         };
         world.cloud = world.find_cloud();
         world.stacks = world.find_stacks().map(Box::new);
-        world.horizon = (2.0 * world.bounding_sphere().1) as f32;
+        world.view_radius = world.bounding_sphere().1;
+        world.horizon = (2.0 * world.view_radius) as f32;
         world.light_selection = world.light_selection(parts.light_strategy);
         if world.facts.has_points_in_fog {
             world.point_choice = world.point_choice();
         }
         world
+    }
+
+    /// Tells what the camera sees, by rays from it: choices among lights then heed nothing that is out of sight.
+    pub fn look(&mut self, rays: impl Iterator<Item = Ray>) {
+        let mut seen: Vec<DVec3> = Vec::new();
+        let mut to_origin = 0.0;
+        for ray in rays {
+            to_origin = ray.o.to_f64().length();
+            if let Some(hit) = self.closest(&ray, f32::INFINITY) {
+                seen.push((ray.o + ray.d * hit.at.t).to_f64());
+            }
+        }
+        let n = seen.len().max(1) as f64;
+        let middle = seen.iter().sum::<DVec3>() / n;
+        let variance = seen.iter().map(|p| p.distance_squared(middle)).sum::<f64>() / n;
+        // The origin is near what is before the camera, even if rays miss it.
+        let radius = if seen.len() > 1 {
+            (2.0 * variance).sqrt()
+        } else {
+            to_origin
+        };
+        if !(radius > 0.0 && radius.is_finite()) {
+            return;
+        }
+        // By powers of two, so that rounding does not change it.
+        self.view_radius = power_of_two_near(radius);
+        if self.light_strategy == LightStrategy::Power {
+            self.light_selection = self.light_selection(self.light_strategy);
+        }
     }
 
     /// Facts established at load.

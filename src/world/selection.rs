@@ -1,8 +1,12 @@
 //! Which light a point asks: how the lights of a world are chosen among.
 //!
 //! Lights with a place are chosen by a [`LightTree`], those at infinity (distant, infinite) beside it by fixed
-//! probabilities: half by power, half evenly among *sources* (a light, or all elements of an emitting shape), so that
-//! a lamp is found beside a sky that outshines it by the size of the scene.
+//! probabilities. Between the two groups the receiver decides: two thirds by the irradiance that each may bring there, one
+//! third evenly among *sources* (a light, or all elements of an emitting shape), so that a lamp is found beside a sky that
+//! outshines it.
+//! Nothing of that depends on how far the scene reaches: what is out of sight changes no choice.
+//!
+//! Fixed probabilities compare the lights at infinity with others by a sphere around what the camera sees.
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
@@ -42,13 +46,20 @@ struct Tree {
     far: Vec<LightId>,
     /// For each light its emitter or, with [`FAR`], its entry.
     places: Vec<u32>,
-    /// Probability of the tree where it can contribute at all.
-    share: f32,
+    /// Irradiance from infinity over the sum of the intensities of the others, per square of a render-space length.
+    far_irradiance: f32,
+    /// The part of all sources that is in the tree.
+    near_sources: f32,
 }
 
 const FAR: u32 = 1 << 31;
 /// Share of the mean power that a light counts at least: colours with negative channels may have none.
 const MIN_POWER: f64 = 1e-6;
+/// Part of the choice between the lights with a place and those at infinity that is made evenly among sources: what hides
+/// either is not known.
+const EVENLY: f32 = 1.0 / 3.0;
+/// Least probability of the lights with a place, and of those at infinity, where there are both.
+const MIN_SHARE: f32 = 1e-6;
 
 impl LightSelection {
     /// A light and its probability, for `u` in [0, 1). `None` when there are no lights.
@@ -89,8 +100,14 @@ impl Tree {
     /// Probability of the tree.
     #[inline]
     fn share_at(&self, at: &Receiver) -> f32 {
-        if self.far.is_empty() || self.tree.reaches(at.p, at.ng) {
-            self.share
+        if self.far.is_empty() {
+            return 1.0;
+        }
+        let near = self.tree.bound(at.p, at.ng);
+        if near > 0.0 {
+            let by_irradiance = near / (near + self.far_irradiance);
+            let mixed = by_irradiance + EVENLY * (self.near_sources - by_irradiance);
+            mixed.clamp(MIN_SHARE, 1.0 - MIN_SHARE)
         } else {
             0.0
         }
@@ -110,23 +127,30 @@ impl World {
             .iter()
             .map(|light| self.power(light).max(0.0))
             .collect();
-        let total: f64 = powers.iter().sum();
         match strategy {
             LightStrategy::Uniform => vec![1.0; powers.len()],
             LightStrategy::Power => {
+                let total: f64 = powers.iter().sum();
                 let least = MIN_POWER * total / powers.len() as f64;
                 powers.iter().map(|p| p.max(least)).collect()
             }
-            LightStrategy::Spatial => self.mixed_weights(&powers, total),
+            LightStrategy::Spatial => self.mixed_weights(&powers),
         }
     }
 
     /// A choice among the lights that are points, for segments of paths, before the receiver is known: half by power,
     /// half evenly.
     pub(super) fn point_choice(&self) -> LightChoice {
-        let mut weights = self.light_weights(LightStrategy::Spatial);
+        let is_point = |light: &&Light| light.position().is_some();
+        let power = |light: &Light| self.power(light).max(0.0);
+        let powers: Vec<f64> = self
+            .lights
+            .iter()
+            .map(|light| Some(light).filter(is_point).map_or(0.0, power))
+            .collect();
+        let mut weights = self.mixed_weights(&powers);
         for (weight, light) in weights.iter_mut().zip(&self.lights) {
-            if light.position().is_none() {
+            if !is_point(&light) {
                 *weight = 0.0;
             }
         }
@@ -135,67 +159,89 @@ impl World {
 
     /// The choice by a strategy.
     pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
-        let weights = self.light_weights(strategy);
         let tree = match strategy {
             LightStrategy::Uniform | LightStrategy::Power => None,
-            LightStrategy::Spatial => self.tree_selection(&weights),
+            LightStrategy::Spatial => self.tree_selection(),
         };
-        tree.unwrap_or_else(|| LightSelection::fixed(&weights))
+        tree.unwrap_or_else(|| LightSelection::fixed(&self.light_weights(strategy)))
+    }
+
+    /// The light that stands for the source a light is part of.
+    fn source(&self, light: usize) -> usize {
+        match &self.lights[light] {
+            Light::Area(area) => self.geometry(area.geometry).first_light.index(),
+            _ => light,
+        }
+    }
+
+    /// The power of all sources, each in the place of the light that stands for it, and how many have any.
+    fn sources(&self, powers: &[f64]) -> (Vec<f64>, usize) {
+        let mut source_power = vec![0.0; powers.len()];
+        for (i, power) in powers.iter().enumerate() {
+            source_power[self.source(i)] += power;
+        }
+        let n_sources = source_power.iter().filter(|power| **power > 0.0).count();
+        (source_power, n_sources)
     }
 
     /// Half by power, half evenly among sources.
-    fn mixed_weights(&self, powers: &[f64], total: f64) -> Vec<f64> {
-        let source = |i: usize| match &self.lights[i] {
-            Light::Area(area) => self.geometry(area.geometry).first_light.index(),
-            _ => i,
-        };
-        let mut source_power = vec![0.0; powers.len()];
-        for (i, power) in powers.iter().enumerate() {
-            source_power[source(i)] += power;
-        }
-        let n_sources = source_power.iter().filter(|power| **power > 0.0).count();
+    fn mixed_weights(&self, powers: &[f64]) -> Vec<f64> {
+        let total: f64 = powers.iter().sum();
+        let (source_power, n_sources) = self.sources(powers);
         let share = |power: f64, of: f64| if of > 0.0 { power / of } else { 0.0 };
         let least = MIN_POWER / powers.len().max(1) as f64;
         (0..powers.len())
             .map(|i| {
                 let by_power = share(powers[i], total);
-                let by_source = share(powers[i], source_power[source(i)]) / n_sources as f64;
+                let by_source = share(powers[i], source_power[self.source(i)]) / n_sources as f64;
                 (by_power + by_source).max(least)
             })
             .collect()
     }
 
-    /// With a tree; `None` where it would hold a single light or none.
-    fn tree_selection(&self, weights: &[f64]) -> Option<LightSelection> {
+    /// With a tree; `None` where a fixed choice is as good.
+    fn tree_selection(&self) -> Option<LightSelection> {
         let mut emitters = Vec::new();
-        let (mut near, mut far, mut far_weights) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut near, mut far) = (Vec::new(), Vec::new());
         let mut places = Vec::with_capacity(self.lights.len());
+        // What those at infinity bring to a receiver, and what others emit.
+        let (mut irradiances, mut intensities) = (Vec::new(), vec![0.0; self.lights.len()]);
         for (index, light) in self.lights.iter().enumerate() {
             let id = LightId::new(index);
             match self.emitter(light) {
                 Some(emitter) => {
                     places.push(near.len() as u32);
+                    intensities[index] = emitter.intensity;
                     emitters.push(emitter);
                     near.push(id);
                 }
                 None => {
                     places.push(far.len() as u32 | FAR);
-                    far_weights.push(weights[index]);
+                    irradiances.push(irradiance(light).max(0.0));
                     far.push(id);
                 }
             }
         }
-        if near.len() < 2 {
+        if far.is_empty() && near.len() < 2 {
             return None;
         }
-        let all: f64 = weights.iter().sum();
-        let share = if far.is_empty() {
-            1.0
-        } else {
-            // However dim they are, something is left for those at infinity.
-            let share = 1.0 - far_weights.iter().sum::<f64>() / all;
-            (share as f32).min(1.0 - f32::EPSILON)
-        };
+        let (_, n_near) = self.sources(&intensities);
+        let n_far = irradiances.iter().filter(|e| **e > 0.0).count();
+        let n_sources = (n_near + n_far).max(1);
+        let far_total: f64 = irradiances.iter().sum();
+        let near_total: f64 = intensities.iter().sum();
+        let least = MIN_POWER / far.len().max(1) as f64;
+        let far_weights: Vec<f64> = irradiances
+            .iter()
+            .map(|&e| {
+                let evenly = if e > 0.0 { 1.0 / n_sources as f64 } else { 0.0 };
+                (e / far_total.max(f64::MIN_POSITIVE) + evenly).max(least)
+            })
+            .collect();
+        if near.is_empty() {
+            return Some(LightSelection::fixed(&far_weights));
+        }
+        let far_irradiance = far_total / near_total.max(f64::MIN_POSITIVE);
         Some(LightSelection {
             table: LightChoice::new(&far_weights),
             tree: Some(Tree {
@@ -203,7 +249,8 @@ impl World {
                 near,
                 far,
                 places,
-                share,
+                far_irradiance: far_irradiance.clamp(1e-37, 1e37) as f32,
+                near_sources: (n_near as f64 / n_sources as f64) as f32,
             }),
         })
     }
@@ -256,6 +303,16 @@ impl World {
             two_sided: area.lights_both_sides(),
             intensity,
         }
+    }
+}
+
+/// What a light at infinity brings to a receiver by light samples, roughly: the luminance of its irradiance. Of a sky, most is
+/// found by directions, so that only a part counts. 0 for lights that only lack an area.
+fn irradiance(light: &Light) -> f64 {
+    match light {
+        Light::Distant(distant) => brightness(distant.radiance),
+        Light::Infinite(infinite) => infinite.irradiance() * std::f64::consts::FRAC_1_PI,
+        _ => 0.0,
     }
 }
 

@@ -105,6 +105,46 @@ pub(crate) fn assert_alike(a: &Image, b: &Image, what: &str) -> Result<(), TestC
     Ok(())
 }
 
+/// The same but for one pixel in a hundred, and in the mean of each block of 8 × 8 pixels.
+pub(crate) fn assert_close(a: &Image, b: &Image, what: &str) -> Result<(), TestCaseError> {
+    let [width, height] = [a.width(), a.height()];
+    let is_off =
+        |a: f32, b: f32, tolerance: f32| (a - b).abs() > tolerance * a.abs().max(b.abs()).max(1.0);
+    let pixels = || a.data().chunks(3).zip(b.data().chunks(3));
+    let n = pixels()
+        .filter(|(a, b)| (0..3).any(|k| is_off(a[k], b[k], 1e-4)))
+        .count();
+    prop_assert!(
+        100 * n <= width * height,
+        "{what}: {n} of {} pixels differ",
+        width * height
+    );
+    for (y0, x0) in (0..height)
+        .step_by(8)
+        .flat_map(|y| (0..width).step_by(8).map(move |x| (y, x)))
+    {
+        let (mut sums, mut n) = ([[0.0f32; 3]; 2], 0.0);
+        for (i, (a, b)) in pixels().enumerate() {
+            let (y, x) = (i / width, i % width);
+            if (y0..y0 + 8).contains(&y) && (x0..x0 + 8).contains(&x) {
+                n += 1.0;
+                for k in 0..3 {
+                    sums[0][k] += a[k];
+                    sums[1][k] += b[k];
+                }
+            }
+        }
+        for k in 0..3 {
+            let [a, b] = [sums[0][k] / n, sums[1][k] / n];
+            prop_assert!(
+                !is_off(a, b, 1e-3),
+                "{what}: {a} and {b} in the block at {x0} {y0}"
+            );
+        }
+    }
+    Ok(())
+}
+
 /// Mean of a channel over pictures of several seeds, and its standard error. Where few pictures hold all the light, their
 /// spread understates it: one picture more like the brightest would move the mean by what is added.
 fn spread(channel: usize, pictures: &[Image]) -> (f64, f64) {

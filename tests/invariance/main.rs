@@ -13,3 +13,4 @@ mod compared;
 mod media;
 mod scenes;
 mod still;
+mod unseen;

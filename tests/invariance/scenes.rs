@@ -62,6 +62,19 @@ const CLEAR: [&str; 5] = [
     "\"uber\" \"rgb Kd\" [.3 .3 .3] \"rgb Kr\" [.2 .2 .2] \"rgb opacity\" [.5 .7 .9]",
     "\"translucent\" \"float roughness\" .3",
 ];
+/// Textures, in any order, and materials that look at them.
+pub(crate) const TEXTURES: [&str; 4] = [
+    "Texture \"squares\" \"spectrum\" \"checkerboard\" \"float uscale\" 6 \"float vscale\" 4 \"rgb tex1\" [.9 .6 .2] \"rgb tex2\" [.1 .3 .7]\n",
+    "Texture \"waves\" \"float\" \"windy\"\n",
+    "Texture \"folds\" \"float\" \"wrinkled\" \"integer octaves\" 4\n",
+    "Texture \"clouds\" \"spectrum\" \"marble\" \"float scale\" 2\n",
+];
+const TEXTURED: [&str; 4] = [
+    "\"matte\" \"texture Kd\" \"squares\"",
+    "\"matte\" \"texture Kd\" \"clouds\" \"texture bumpmap\" \"waves\"",
+    "\"plastic\" \"texture Kd\" \"squares\" \"texture bumpmap\" \"folds\"",
+    "\"disney\" \"texture color\" \"clouds\" \"float roughness\" .4 \"float metallic\" .3",
+];
 const N_SHAPES: usize = 10;
 /// The last of them.
 const CURVE: usize = N_SHAPES - 1;
@@ -117,6 +130,40 @@ fn fog() -> impl Strategy<Value = Fog> {
         })
 }
 
+/// Scenes without a medium and of all materials; those with textures look at [`TEXTURES`]. With `is_calm`, nothing mirrors
+/// or refracts.
+pub(crate) fn decorated(
+    integrators: &'static [&'static str],
+    is_calm: bool,
+) -> impl Strategy<Value = Still> {
+    let n_materials = ROUGH.len() + CLEAR.len() + TEXTURED.len();
+    let calm = move |material: usize| {
+        if is_calm && (ROUGH.len()..ROUGH.len() + CLEAR.len()).contains(&material) {
+            material - ROUGH.len()
+        } else {
+            material
+        }
+    };
+    (
+        proptest::sample::select(integrators),
+        proptest::collection::vec(thing(n_materials), 1..7),
+        proptest::collection::vec(lamp(), 1..5),
+        [-32i16..=32, -32i16..=32],
+    )
+        .prop_map(move |(integrator, mut things, lamps, eye)| {
+            for thing in &mut things {
+                thing.material = calm(thing.material);
+            }
+            Still {
+                integrator,
+                things,
+                lamps,
+                fog: None,
+                eye,
+            }
+        })
+}
+
 /// Scenes for some integrators. With `is_calm`, nothing mirrors or refracts, so that means have small errors.
 pub(crate) fn still(
     integrators: &'static [&'static str],
@@ -162,8 +209,29 @@ fn in_units(place: [i16; 3]) -> V {
     place.map(|x| f64::from(x) / 64.0)
 }
 
+/// How a thing is written.
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
+pub(crate) enum Form {
+    Plain,
+    /// As an object that is placed once.
+    Object,
+    /// As an object that is placed twice: the second time below, where a ball hides it.
+    Twice,
+    /// As an object that moves, after the shutter has closed.
+    Moving,
+    /// Under transforms that undo each other.
+    Nested,
+}
+
+/// Where the second copies of [`Form::Twice`] are.
+const HIDEOUT: &str = "0 -60 0";
+/// What hides them, and what undoes itself.
+pub(crate) const HIDING_BALL: &str = "AttributeBegin Material \"matte\" Translate 0 -60 0 Shape \"sphere\" \"float radius\" 8 AttributeEnd\n";
+const THERE_AND_BACK: &str = "Translate 3 -2 1 Rotate 30 0 1 0 Scale 2 2 2 Translate .3 .1 .7 \
+     Translate -.3 -.1 -.7 Scale .5 .5 .5 Rotate -30 0 1 0 Translate -3 2 -1";
+
 impl Thing {
-    fn text(&self, s: f64) -> String {
+    fn text(&self, s: f64, form: Form, name: usize) -> String {
         let r = f64::from(self.size) / 16.0;
         let n = |values: &[f64]| numbers(values, s);
         let corners = n(&[-r, -r, -r, r, r, -r, r, -r, r, -r, r, r]);
@@ -211,14 +279,28 @@ impl Thing {
         let material = ROUGH
             .iter()
             .chain(&CLEAR)
+            .chain(&TEXTURED)
             .nth(self.material)
             .expect("a material");
         let [x, y, z] = self.axis;
-        format!(
-            "AttributeBegin Material {material} Translate {} Rotate {} {x} {y} {z} Shape {shape} AttributeEnd\n",
+        let body = format!(
+            "Material {material} Translate {} Rotate {} {x} {y} {z} Shape {shape}",
             n(&in_units(self.place)),
             self.angle
-        )
+        );
+        let object = format!("ObjectBegin \"{name}\" {body} ObjectEnd\n");
+        let place = format!("ObjectInstance \"{name}\"");
+        match form {
+            Form::Plain => format!("AttributeBegin {body} AttributeEnd\n"),
+            Form::Object => format!("{object}{place}\n"),
+            Form::Twice => format!(
+                "{object}{place}\nAttributeBegin Translate {HIDEOUT} {place} AttributeEnd\n"
+            ),
+            Form::Moving => format!(
+                "{object}AttributeBegin ActiveTransform EndTime Translate .25 .5 0 ActiveTransform All {place} AttributeEnd\n"
+            ),
+            Form::Nested => format!("AttributeBegin {THERE_AND_BACK} {body} AttributeEnd\n"),
+        }
     }
 }
 
@@ -292,11 +374,28 @@ pub(crate) struct Stand {
 }
 
 impl Still {
+    /// Without balls that emit: in pbrt-v3 quadrics that are mirrored shine inward.
+    pub(crate) fn without_shining_balls(mut self) -> Self {
+        for lamp in &mut self.lamps {
+            if lamp.kind == 4 {
+                lamp.kind = 5;
+            }
+        }
+        self
+    }
+
     /// The scene in units of `s`, with `before` at the beginning of its world.
     pub(crate) fn text(&self, s: f64, stand: &Stand, before: &str) -> String {
+        self.text_with(s, stand, before, Form::Plain)
+    }
+
+    /// The same with its things written so.
+    pub(crate) fn text_with(&self, s: f64, stand: &Stand, before: &str, form: Form) -> String {
         let [x, y] = self.eye.map(|x| f64::from(x) / 16.0);
         let eye = numbers(&[x, y, -6.0], s);
-        let things: String = self.things.iter().map(|thing| thing.text(s)).collect();
+        let things: String = (self.things.iter().enumerate())
+            .map(|(name, thing)| thing.text(s, form, name))
+            .collect();
         let lamps: String = self.lamps.iter().map(|lamp| lamp.text(s)).collect();
         let fog = self.fog.as_ref().map(|fog| fog.text(s)).unwrap_or_default();
         let Stand { camera, world } = stand;

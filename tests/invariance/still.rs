@@ -105,24 +105,6 @@ fn the_order_of_shapes_that_emit_nothing_changes_no_bit_of_many_scenes() {
     for_all(300, true, still(ALL, false), reordering_shapes);
 }
 
-fn reordering_lights(scene: Still) -> Result<(), TestCaseError> {
-    let mut other = scene.clone();
-    other.lamps.reverse();
-    let [a, b] = [scene, other].map(|scene| scene.text(1.0, &Stand::default(), ""));
-    assert_same_mean(&a, &b, "lights in reverse")
-}
-
-#[test]
-fn the_order_of_lights_changes_no_mean() {
-    for_all(50, false, still(PATHS, true), reordering_lights);
-}
-
-#[test]
-#[ignore = "long"]
-fn the_order_of_lights_changes_no_mean_of_many_scenes() {
-    for_all(50, true, still(PATHS, true), reordering_lights);
-}
-
 fn nesting((scene, radii): (Still, Vec<u8>)) -> Result<(), TestCaseError> {
     // Around everything but the camera, and in the middle of everything: not where the fog begins.
     let shells: String = radii

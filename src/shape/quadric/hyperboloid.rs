@@ -17,7 +17,7 @@ use std::f64::consts::TAU;
 use glam::{DAffine3, DVec2, DVec3, Vec3Swizzles};
 
 use crate::math::error::EPSILON;
-use crate::math::transform::image_of_box;
+use crate::math::transform::{image_of_box, power_of_two_near};
 use crate::shape::quadric::revolution::{
     fraction_of_turn, middle_of_box, roots, solve_increasing, turn, within_box,
 };
@@ -64,9 +64,15 @@ struct Window {
 }
 
 /// The second point of the line by which pbrt-v3 finds the coefficients: the first of those `start` + 2 k (`end` −
-/// `start`) with which they are finite. In single precision, as rounding there decides which one that is.
+/// `start`) with which they are finite. In single precision, as rounding there decides which one that is; scaled by a
+/// power of two to about one unit, so that the unit of length decides nothing.
 fn second_point(start: DVec3, end: DVec3) -> Option<DVec3> {
-    let (p1, p2) = (start.as_vec3(), end.as_vec3());
+    let size = start.abs().max(end.abs()).max_element();
+    if !(size > 0.0 && size.is_finite()) {
+        return None;
+    }
+    let scale = 1.0 / power_of_two_near(size);
+    let (p1, p2) = ((start * scale).as_vec3(), (end * scale).as_vec3());
     let mut at = p1;
     for k in 1..=MOST_TRIALS {
         at += 2.0 * (p2 - p1);
