@@ -190,6 +190,8 @@ pub struct World {
     n_elements: usize,
     /// Where media end, for light sampling, that no surface bounds: twice the radius of a sphere around all surfaces.
     horizon: f32,
+    /// Where light from far away is sent, if not to the scene as a whole.
+    far_aim: Option<emission::Ball>,
     facts: Facts,
 }
 
@@ -285,6 +287,7 @@ impl World {
             bvh,
             n_elements,
             horizon: f32::INFINITY,
+            far_aim: None,
             facts,
         };
         world.cloud = world.find_cloud();
