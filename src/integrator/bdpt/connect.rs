@@ -146,9 +146,13 @@ impl<'a> Tracer<'a> {
         }
         let d = light.p.to_f64() - camera.p.to_f64();
         let to_camera = camera.density(light.p, light.pdf_w(light.wo, -wi));
-        let to_light = light.density(camera.p, camera.pdf_w(camera.wo, wi));
+        let (pdf_on, pdf_behind) = (camera.pdf_w(camera.wo, wi), light.pdf_w(-wi, light.wo));
+        if !(pdf_on > 0.0) || s > 2 && !(pdf_behind > 0.0) {
+            return Contribution::NONE;
+        }
+        let to_light = light.density(camera.p, pdf_on);
         let camera_back = camera.pdf_w(wi, camera.wo);
-        let light_back = self.light_path[s - 2].density(light.p, light.pdf_w(-wi, light.wo));
+        let light_back = self.light_path[s - 2].density(light.p, pdf_behind);
         let segment = camera.segment_to(light, self.time);
         let medium = camera.medium_toward(self.world, wi);
         let ends = self.light_ends();
@@ -200,7 +204,11 @@ impl<'a> Tracer<'a> {
         }
         let d = vertex.p.to_f64() - arrival.p.to_f64();
         let from_camera = vertex.density(arrival.p, arrival.pdf_w);
-        let back = self.light_path[s - 2].density(vertex.p, vertex.pdf_w(w, vertex.wo));
+        let pdf_behind = vertex.pdf_w(w, vertex.wo);
+        if s > 2 && !(pdf_behind > 0.0) {
+            return None;
+        }
+        let back = self.light_path[s - 2].density(vertex.p, pdf_behind);
         let medium = self.world.camera_medium();
         let lens = Vertex::start(Kind::Camera, arrival.p, medium);
         let segment = lens.segment_to(vertex, self.time);

@@ -19,6 +19,9 @@
 //!
 //! What the camera sees directly has the footprint of its pixel, whichever end the path comes from; all other vertices
 //! have none. So a path is the same to all strategies that can find it. Light below surfaces is left out, as in pbrt-v3.
+//!
+//! Under bent normals, some directions scatter light and are drawn by no lobe. Camera paths look for a light there, and do
+//! not go on. The picture is that of `path`: no strategy passes such a direction but next to the light.
 
 mod connect;
 mod guide;

@@ -249,6 +249,7 @@ impl<'a> Tracer<'a> {
     ) -> bool {
         let (wo, time) = (vertex.wo, head.ray.time);
         let (u_lobe, u) = (numbers.get_1d(), numbers.get_2d());
+        let is_second = path.len() == 1;
         let Some(before) = path.last_mut() else {
             return false;
         };
@@ -303,7 +304,13 @@ impl<'a> Tracer<'a> {
         before.pdf_other = if specular {
             0.0
         } else {
-            before.density(vertex.p, vertex.pdf_w(wi, wo))
+            let pdf_back = vertex.pdf_w(wi, wo);
+            // Camera paths would not go on here: see the module.
+            if matches!(head.from, Side::Light) && !is_second && !(pdf_back > 0.0) {
+                path.push(vertex);
+                return false;
+            }
+            before.density(vertex.p, pdf_back)
         };
         head.beta *= weight;
         head.pdf = pdf_w;
