@@ -302,8 +302,10 @@ impl World {
     /// it does not depend on what they do not.
     pub fn aim_far_light(&mut self, center: DVec3, radius: f64) {
         let aim = Ball { center, radius };
-        let is_smaller = radius > 0.0 && radius < ABOUT_THE_SAME * self.scene_ball().radius;
-        self.far_aim = is_smaller.then_some(aim);
+        let is_smaller = radius < ABOUT_THE_SAME * self.scene_ball().radius;
+        // Light paths carry densities in single precision.
+        let is_in_range = ((1.0 / aim.area()) as f32).is_finite();
+        self.far_aim = (is_smaller && is_in_range).then_some(aim);
     }
 
     /// Chooses lights that light paths start from. Of light from far away what counts is what is sent where it is aimed
