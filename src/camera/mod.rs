@@ -134,11 +134,28 @@ impl Camera {
     /// are no lines of the scene, they are extrapolated from the sample's nearest surroundings. `None` if the lens
     /// blocks those.
     pub fn differential(&self, sample: &CameraSample, step: f64) -> Option<RayDifferential> {
+        self.differential_at(sample.raster, sample.lens, self.time(sample), step)
+    }
+
+    /// The same for a ray through the point `lens` of the lens at `time`.
+    pub fn differential_at(
+        &self,
+        raster: [f64; 2],
+        lens: [f32; 2],
+        time: f32,
+        step: f64,
+    ) -> Option<RayDifferential> {
+        // A sample's own time is the camera's alone.
+        let sample = CameraSample {
+            raster,
+            time: 0.0,
+            lens,
+        };
         let local = |axis: usize| {
             let shifted = |by: f64| {
-                let mut raster = sample.raster;
+                let mut raster = raster;
                 raster[axis] += by;
-                CameraSample { raster, ..*sample }
+                CameraSample { raster, ..sample }
             };
             match &self.projection {
                 Projection::Perspective(perspective) => Some(perspective.ray(&shifted(step))),
@@ -146,13 +163,12 @@ impl Camera {
                 Projection::Environment(environment) => {
                     extrapolated(step, |by| Some(environment.ray(shifted(by).raster)))
                 }
-                Projection::Realistic(realistic) => {
-                    extrapolated(step, |by| realistic.shifted_ray(sample, shifted(by).raster))
-                }
+                Projection::Realistic(realistic) => extrapolated(step, |by| {
+                    realistic.shifted_ray(&sample, shifted(by).raster)
+                }),
             }
         };
         let [right, below] = [local(0)?, local(1)?];
-        let time = self.time(sample);
         let render_from_camera = self.placed_at(time);
         Some(RayDifferential {
             right: into_render_space(&render_from_camera, right, time),

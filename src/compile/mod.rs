@@ -36,6 +36,7 @@ use crate::describe::description::Frame;
 use crate::ids::{LightId, MediumId};
 use crate::image::PixelRect;
 use crate::integrator::Integrator;
+use crate::integrator::bdpt::aim_far_light;
 use crate::material::Materials;
 use crate::math::{Ray, Transform};
 use crate::render::Job;
@@ -131,12 +132,16 @@ fn build(
     };
     let mut world = World::new(parts);
     let camera = camera.place(&space);
-    world.look(view_rays(&camera, film.desc.resolution));
+    world.note_view(view_rays(&camera, film.desc.resolution));
+    let light_transport = integrator.integrator_at(space.scale());
+    if let Some(max_depth) = light_transport.depth_of_light_paths() {
+        aim_far_light(&mut world, &camera, film.desc.resolution, max_depth);
+    }
     let job = Job {
         world,
         camera,
         pixel_bounds: integrator.pixel_bounds,
-        integrator: integrator.integrator_at(space.scale()),
+        integrator: light_transport,
         film: film.desc,
         spp: integrator.spp.unwrap_or(samples.spp),
         seed: options.seed,

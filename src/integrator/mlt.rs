@@ -226,7 +226,8 @@ pub fn evaluate(
             let mut numbers = sample.stream(0);
             // Behind those of the camera sample.
             numbers.index = 6;
-            tracer.trace_camera_part(s, t, ray, &mut numbers);
+            let differential = tracer.differential(camera, &camera_sample);
+            tracer.trace_camera_part(s, t, ray, differential.as_ref(), &mut numbers);
             tracer.strategy(s, t, &mut sample.stream(2)) * weight
         }
         None => Rgb::BLACK,

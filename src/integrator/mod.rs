@@ -138,6 +138,16 @@ impl Integrator {
         }
     }
 
+    /// Most scattering events of paths that are followed from lights; `None` where none are.
+    pub fn depth_of_light_paths(&self) -> Option<u32> {
+        match self {
+            Self::Bdpt(bdpt) => Some(bdpt.max_depth),
+            Self::Mlt(mlt) => Some(mlt.max_depth),
+            Self::Sppm(sppm) => Some(sppm.max_depth),
+            Self::Path(_) | Self::VolPath(_) | Self::Direct(_) | Self::AmbientOcclusion(_) => None,
+        }
+    }
+
     /// Whether light is drawn for surfaces by their normals.
     pub fn asks_by_normals(&self) -> bool {
         matches!(
@@ -192,8 +202,11 @@ impl Integrator {
             }
             Self::Direct(direct) => direct.li(world, ray, differential, sampler, counters),
             Self::AmbientOcclusion(ambient) => ambient.li(world, ray, sampler, counters),
-            Self::Bdpt(bdpt) => bdpt.li(world, ray, sampler, counters),
-            Self::Mlt(mlt) => mlt.without_chains().li(world, ray, sampler, counters),
+            Self::Bdpt(bdpt) => bdpt.li(world, ray, differential, sampler, counters),
+            Self::Mlt(mlt) => {
+                let bdpt = mlt.without_chains();
+                bdpt.li(world, ray, differential, sampler, counters)
+            }
         }
     }
 }

@@ -296,12 +296,16 @@ impl Materials {
     /// Whether any input of any material needs the footprint of the camera's pixel.
     pub fn need_footprint(&self, textures: &Textures) -> bool {
         self.list.iter().any(|material| {
-            let bump = material.bump.map(Input::Float);
-            let mut inputs = material.model.inputs().into_iter().chain(bump);
-            inputs.any(|input| match input {
-                Input::Float(source) => textures.needs_footprint(source),
-                Input::Spectrum(source) => textures.needs_footprint(source),
-            })
+            // The footprint is what displacements are compared over, whatever they are.
+            let is_bumpy = material
+                .bump
+                .is_some_and(|bump| !matches!(bump, FloatSource::Constant(_)));
+            let mut inputs = material.model.inputs().into_iter();
+            is_bumpy
+                || inputs.any(|input| match input {
+                    Input::Float(source) => textures.needs_footprint(source),
+                    Input::Spectrum(source) => textures.needs_footprint(source),
+                })
         })
     }
 

@@ -134,6 +134,7 @@ impl<'a> Bidirectional<'a> {
         let n_pixels = self.job.film.resolution.map(u64::from).iter().product();
         Tracer::new(&self.job.world, &self.emitters, self.film, self.max_depth)
             .over_pixels(n_pixels)
+            .with_footprints(self.job.spp)
     }
 
     /// What happened before the first block.
@@ -252,11 +253,13 @@ impl<'a> Bidirectional<'a> {
         }
         let (radiance, weight) = match job.camera.ray(&camera_sample) {
             Some(CameraRay { ray, weight }) => {
-                let radiance = tracer.radiance(ray, &mut sampler, |strategy, found| {
+                let differential = tracer.differential(&job.camera, &camera_sample);
+                let tell = |strategy, found: &_| {
                     if let Some(strategies) = strategies {
                         strategies.note(strategy, found);
                     }
-                });
+                };
+                let radiance = tracer.radiance(ray, differential.as_ref(), &mut sampler, tell);
                 (radiance, weight)
             }
             None => (Rgb::BLACK, 1.0),

@@ -126,6 +126,7 @@ impl<'a> Metropolis<'a> {
             Some(&job.camera),
             self.settings.max_depth,
         )
+        .with_footprints(self.settings.mutations_per_pixel)
     }
 
     /// A bootstrap path and its number of scattering events.

@@ -7,8 +7,11 @@
 //! |---|---|---|---|
 //! | area | per area of the surface | sr⁻¹ | the surface's |
 //! | point, spot, projection, goniometric | 1: the position is certain | sr⁻¹ | zero; `radiance` is an intensity |
-//! | distant | per area of a disk across `d`, as wide as the scene | 1: the direction is certain | `d`; `radiance` is an irradiance |
+//! | distant | per area across `d` | 1: the direction is certain | `d`; `radiance` is an irradiance |
 //! | infinite | the same | sr⁻¹ | `d` |
+//!
+//! Light from far away is sent across a disk as wide as the scene or, most of it, across one around what camera paths get
+//! to ([`World::aim_far_light`]). Its density is the sum over both: of its line alone, wherever on it the ray starts.
 //!
 //! A lamp that lights otherwise than it shows (see [`crate::world::lamps`]) emits its radiance to both sides, from its holes
 //! as well; what arrives is that times a factor that depends on who receives it.
@@ -18,8 +21,10 @@
 use std::f32::consts::FRAC_1_PI;
 use std::f64::consts::PI;
 
+use glam::DVec3;
+
 use crate::ids::{LightId, MediumId};
-use crate::light::{AreaLight, Light, Wanted};
+use crate::light::{AreaLight, Light, LightChoice, Wanted};
 use crate::math::error::EPSILON;
 use crate::math::{Bounds3, Frame, Normal3, Point3, Ray, Vec3};
 use crate::sampling::warp::{
@@ -27,7 +32,7 @@ use crate::sampling::warp::{
 };
 use crate::shape::{Place, Shape};
 use crate::spectrum::Rgb;
-use crate::world::{ElementRef, World};
+use crate::world::{ElementRef, LightStrategy, World};
 
 /// A ray that leaves a light.
 #[derive(Clone, Copy, Debug)]
@@ -52,10 +57,37 @@ pub struct EmissionSample {
     pub is_hole: bool,
 }
 
-/// A disk of the scene's size: rays that cross it may meet the scene.
-struct SceneDisk {
+/// Part of the light from far away that is sent to where camera paths get to.
+const AIMED: f32 = 0.95;
+/// Least weight of a light among those that light paths start from, in means of all.
+const MIN_POWER: f64 = 1e-6;
+/// Spheres that are smaller than that around the scene by less than this are not worth aiming at.
+const ABOUT_THE_SAME: f64 = 0.97;
+
+/// A sphere. Lines that meet it cross the disk through its centre.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Ball {
+    center: DVec3,
     radius: f64,
-    p: Point3,
+}
+
+impl Ball {
+    /// Area of the disk.
+    fn area(&self) -> f64 {
+        PI * self.radius * self.radius
+    }
+
+    /// Density over that disk of a line toward `d` through `p`, if lines are spread evenly over it. Single precision is
+    /// what light paths carry.
+    fn pdf(&self, p: DVec3, d: DVec3) -> f64 {
+        let offset = p - self.center;
+        let aside_squared = (offset - d * offset.dot(d)).length_squared();
+        if aside_squared > self.radius * self.radius {
+            0.0
+        } else {
+            f64::from((1.0 / self.area()) as f32)
+        }
+    }
 }
 
 impl World {
@@ -71,14 +103,14 @@ impl World {
             self.emission_from_point(light, p, time, (d, intensity, pdf_dir))
         };
         let from_afar = |d: Vec3, radiance: Rgb, pdf_dir: f32| {
-            let disk = self.scene_disk(d, u_pos);
+            let (p, pdf_pos) = self.sample_far_line(d, u_pos, time);
             EmissionSample {
-                p: disk.p,
+                p,
                 p_err: Vec3::ZERO,
                 ng: d.into(),
                 d,
                 radiance,
-                pdf_pos: disk.pdf(),
+                pdf_pos,
                 pdf_dir,
                 medium: self.light_medium(light),
                 is_hole: false,
@@ -155,15 +187,16 @@ impl World {
     /// Densities, of position and of direction, with which [`World::sample_emission`] draws the ray from `p`, where
     /// the normal is `ng`, in the unit direction `d`. What is certain has density 0: no ray found otherwise is it.
     pub fn pdf_emission(&self, light: LightId, p: Point3, ng: Normal3, d: Vec3) -> (f32, f32) {
-        let (_, radius) = self.bounding_sphere();
-        let pdf_disk = (1.0 / (PI * radius * radius)) as f32;
         match self.light(light) {
             Light::Point(_) => (0.0, UNIFORM_SPHERE_PDF),
             Light::Spot(spot) => (0.0, spot.pdf_direction(d)),
             Light::Projection(projection) => (0.0, projection.pdf_direction(d)),
             Light::Goniometric(goniometric) => (0.0, goniometric.pdf_direction(d)),
-            Light::Distant(_) => (pdf_disk, 0.0),
-            Light::Infinite(infinite) => (pdf_disk, infinite.pdf_w(-d, Wanted::All)),
+            Light::Distant(_) => (self.pdf_far_line(p, d) as f32, 0.0),
+            Light::Infinite(infinite) => {
+                let pdf_dir = infinite.pdf_w(-d, Wanted::All);
+                (self.pdf_far_line(p, d) as f32, pdf_dir)
+            }
             Light::Area(area) => {
                 let shape = &self.geometry(area.geometry).shape;
                 if let Shape::Curves(_) = shape {
@@ -246,7 +279,7 @@ impl World {
         let d = uniform_sphere(u_dir);
         let radius = radius_around(&bounds);
         let back = Ray {
-            o: on_disk(bounds.center().to_f64(), radius, d, u_pos, radius),
+            o: Point3::from_f64(on_disk(bounds.center().to_f64(), radius, d, u_pos, radius)),
             d: -d,
             time,
         };
@@ -282,28 +315,115 @@ impl World {
         declared.copied().unwrap_or(MediumId::NONE)
     }
 
-    /// A point of the disk in front of the scene for rays toward `d`.
-    fn scene_disk(&self, d: Vec3, u: [f32; 2]) -> SceneDisk {
+    /// Sends most light from far away across the disks through the centre of a sphere: around what camera paths get to,
+    /// it does not depend on what they do not.
+    pub fn aim_far_light(&mut self, center: DVec3, radius: f64) {
+        let aim = Ball { center, radius };
+        let is_smaller = radius < ABOUT_THE_SAME * self.scene_ball().radius;
+        // Light paths carry densities in single precision.
+        let is_in_range = ((1.0 / aim.area()) as f32).is_finite();
+        self.far_aim = (is_smaller && is_in_range).then_some(aim);
+    }
+
+    /// Chooses lights that light paths start from. Of light from far away what counts is what is sent where it is aimed
+    /// at, however wide the scene is.
+    pub fn emitter_choice(&self, strategy: LightStrategy) -> LightChoice {
+        let (Some(aim), LightStrategy::Power) = (&self.far_aim, strategy) else {
+            return self.light_choice(strategy);
+        };
+        let aimed = aim.area() / self.scene_ball().area();
+        let powers = self.lights.iter().map(|light| {
+            let power = self.power(light).max(0.0);
+            match light {
+                Light::Distant(_) | Light::Infinite(_) => aimed * power,
+                _ => power,
+            }
+        });
+        let powers: Vec<f64> = powers.collect();
+        // Nothing is forgotten.
+        let least = MIN_POWER * powers.iter().sum::<f64>() / powers.len() as f64;
+        let weights: Vec<f64> = powers.iter().map(|power| power.max(least)).collect();
+        LightChoice::new(&weights)
+    }
+
+    fn scene_ball(&self) -> Ball {
         let (center, radius) = self.bounding_sphere();
-        SceneDisk {
-            radius,
-            p: on_disk(center, radius, d, u, -radius),
+        Ball { center, radius }
+    }
+
+    /// Density per area across `d` with which a line through `p` is drawn for light from far away toward `d`. 0 before
+    /// the scene, where such light does not start: a medium may reach there.
+    pub fn pdf_far_line(&self, p: Point3, d: Vec3) -> f64 {
+        let (p, d) = (p.to_f64(), d.to_f64());
+        let scene = self.scene_ball();
+        if (p - scene.center).dot(d) < -scene.radius {
+            return 0.0;
         }
+        match &self.far_aim {
+            Some(aim) => mixed(aim.pdf(p, d), scene.pdf(p, d)),
+            None => scene.pdf(p, d),
+        }
+    }
+
+    /// Draws a line of light from far away toward `d`: where on it a ray starts, and its density.
+    fn sample_far_line(&self, d: Vec3, mut u: [f32; 2], time: f32) -> (Point3, f32) {
+        let scene = self.scene_ball();
+        let Some(aim) = &self.far_aim else {
+            let p = on_disk(scene.center, scene.radius, d, u, -scene.radius);
+            return (Point3::from_f64(p), (1.0 / scene.area()) as f32);
+        };
+        let is_aimed = u[0] < AIMED;
+        let across = if is_aimed {
+            u[0] /= AIMED;
+            aim
+        } else {
+            u[0] = (u[0] - AIMED) / (1.0 - AIMED);
+            &scene
+        };
+        let p = on_disk(across.center, across.radius, d, u, -across.radius);
+        let d = d.to_f64();
+        // What was drawn is within its own disk, whatever rounding makes of its border.
+        let [own, other] = if is_aimed {
+            [aim, &scene]
+        } else {
+            [&scene, aim]
+        };
+        let (own, other) = (1.0 / own.area(), other.pdf(p, d));
+        let pdf = if is_aimed {
+            mixed(own, other)
+        } else {
+            mixed(other, own)
+        };
+        let near = Point3::from_f64(p);
+        // Where nothing is between, the digits of a ray that starts nearby are those of what it is aimed at.
+        let back = Ray {
+            o: near,
+            d: Vec3::from_f64(-d),
+            time,
+        };
+        let starts_near =
+            is_aimed && !self.facts.has_media && self.closest(&back, f32::INFINITY).is_none();
+        let p = if starts_near {
+            near
+        } else {
+            Point3::from_f64(p - d * ((p - scene.center).dot(d) + scene.radius))
+        };
+        (p, pdf as f32)
     }
 }
 
-impl SceneDisk {
-    fn pdf(&self) -> f32 {
-        (1.0 / (PI * self.radius * self.radius)) as f32
-    }
+/// The density of the mixture of both disks.
+fn mixed(aimed: f64, anywhere: f64) -> f64 {
+    let share = f64::from(AIMED);
+    share * aimed + (1.0 - share) * anywhere
 }
 
 /// A point of a disk across `d`, whose centre lies `ahead` along `d` from `center`.
-fn on_disk(center: glam::DVec3, radius: f64, d: Vec3, u: [f32; 2], ahead: f64) -> Point3 {
+fn on_disk(center: DVec3, radius: f64, d: Vec3, u: [f32; 2], ahead: f64) -> DVec3 {
     let frame = Frame::from_z(d);
     let [x, y] = concentric_disk(u).map(f64::from);
     let aside = frame.s.to_f64() * x + frame.t.to_f64() * y;
-    Point3::from_f64(center + aside * radius + d.to_f64() * ahead)
+    center + aside * radius + d.to_f64() * ahead
 }
 
 /// Radius of the sphere around a box.

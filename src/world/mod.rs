@@ -202,6 +202,8 @@ pub struct World {
     /// the camera is known.
     view_radius: f64,
     light_strategy: LightStrategy,
+    /// Where light from far away is sent, if not to the scene as a whole.
+    far_aim: Option<emission::Ball>,
     facts: Facts,
 }
 
@@ -304,6 +306,7 @@ impl World {
             horizon: f32::INFINITY,
             view_radius: 1.0,
             light_strategy: parts.light_strategy,
+            far_aim: None,
             facts,
         };
         world.cloud = world.find_cloud();
@@ -318,7 +321,7 @@ impl World {
     }
 
     /// Tells what the camera sees, by rays from it: choices among lights then heed nothing that is out of sight.
-    pub fn look(&mut self, rays: impl Iterator<Item = Ray>) {
+    pub fn note_view(&mut self, rays: impl Iterator<Item = Ray>) {
         let mut seen: Vec<DVec3> = Vec::new();
         let mut to_origin = 0.0;
         for ray in rays {

@@ -6,8 +6,10 @@ mod findings;
 mod scene;
 
 mod agreement;
+mod footprints;
 mod invariance;
 mod narrow_spots;
 mod setup;
+mod specks;
 mod stopping;
 mod strategies;

@@ -1,16 +1,19 @@
 //! The strategies: how a path is found as a whole from two parts.
 
+use crate::camera::{Arrival, Camera};
 use crate::ids::LightId;
 use crate::integrator::bdpt::strategy::Contribution;
 use crate::integrator::bdpt::subpath::{End, lamp_factor};
 use crate::integrator::bdpt::vertex::{Kind, Vertex};
 use crate::integrator::bdpt::weights::{Density, Ends, weight};
 use crate::integrator::bdpt::{Numbers, Tracer};
+use crate::integrator::footprint::texture_context;
 use crate::light::Light;
-use crate::math::Vec3;
+use crate::math::{Ray, Vec3};
 use crate::sampling::mis::Heuristic;
+use crate::world::Hit;
 
-impl Tracer<'_> {
+impl<'a> Tracer<'a> {
     /// The camera path meets a light: no vertex of the light path.
     pub(super) fn end(&mut self, index: usize) -> Contribution {
         let End {
@@ -137,15 +140,19 @@ impl Tracer<'_> {
             return Contribution::NONE;
         };
         let passed = camera.passes_from(wi) * light.passes_to(-wi);
-        let found = passed * light.beta * camera.beta * self.factor_of_start(s, -wi);
+        let found = passed * light.beta * camera.beta * self.factor_of_start(s, light, -wi);
         if found.is_black() {
             return Contribution::NONE;
         }
         let d = light.p.to_f64() - camera.p.to_f64();
         let to_camera = camera.density(light.p, light.pdf_w(light.wo, -wi));
-        let to_light = light.density(camera.p, camera.pdf_w(camera.wo, wi));
+        let (pdf_on, pdf_behind) = (camera.pdf_w(camera.wo, wi), light.pdf_w(-wi, light.wo));
+        if !(pdf_on > 0.0) || s > 2 && !(pdf_behind > 0.0) {
+            return Contribution::NONE;
+        }
+        let to_light = light.density(camera.p, pdf_on);
         let camera_back = camera.pdf_w(wi, camera.wo);
-        let light_back = self.light_path[s - 2].density(light.p, light.pdf_w(-wi, light.wo));
+        let light_back = self.light_path[s - 2].density(light.p, pdf_behind);
         let segment = camera.segment_to(light, self.time);
         let medium = camera.medium_toward(self.world, wi);
         let ends = self.light_ends();
@@ -189,13 +196,19 @@ impl Tracer<'_> {
             .sample_arrival(vertex.p, u_lens, self.time)
             .filter(|arrival| arrival.in_frame)?;
         let w = (arrival.p - vertex.p).try_normalize()?;
-        let found = vertex.beta * vertex.passes_to(w) * self.factor_of_start(s, w);
+        let seen = self.seen_by(camera, &arrival, u_lens, s, w);
+        let vertex = seen.as_ref().unwrap_or(&self.light_path[s - 1]);
+        let found = vertex.beta * vertex.passes_to(w) * self.factor_of_start(s, vertex, w);
         if found.is_black() {
             return None;
         }
         let d = vertex.p.to_f64() - arrival.p.to_f64();
         let from_camera = vertex.density(arrival.p, arrival.pdf_w);
-        let back = self.light_path[s - 2].density(vertex.p, vertex.pdf_w(w, vertex.wo));
+        let pdf_behind = vertex.pdf_w(w, vertex.wo);
+        if s > 2 && !(pdf_behind > 0.0) {
+            return None;
+        }
+        let back = self.light_path[s - 2].density(vertex.p, pdf_behind);
         let medium = self.world.camera_medium();
         let lens = Vertex::start(Kind::Camera, arrival.p, medium);
         let segment = lens.segment_to(vertex, self.time);
@@ -233,6 +246,45 @@ impl Tracer<'_> {
         (!found.weighted().is_black()).then_some((arrival.raster, found))
     }
 
+    /// The last of `s` vertices of the light path as the camera sees it, from the direction `w`: with the footprint of
+    /// the pixel it comes to. `None` if it is as it is without.
+    fn seen_by(
+        &self,
+        camera: &Camera,
+        arrival: &Arrival,
+        u_lens: [f32; 2],
+        s: usize,
+        w: Vec3,
+    ) -> Option<Vertex<'a>> {
+        let step = self.footprint_step?;
+        let world = self.world;
+        let vertex = &self.light_path[s - 1];
+        let (_, surface) = self.light_surfaces.iter().find(|(i, _)| *i == s - 1)?;
+        let material_of = |hit: Hit| world.geometry(hit.target.geometry).material;
+        let material = material_of(vertex.hit?);
+        // Footprints are not known behind null surfaces.
+        if world.facts().has_null_surfaces {
+            let ray = Ray {
+                o: arrival.p,
+                d: -w,
+                time: self.time,
+            };
+            let first = world.closest(&ray, (vertex.p - arrival.p).length());
+            if first.is_some_and(|hit| !material_of(hit).is_some()) {
+                return None;
+            }
+        }
+        let differential = camera.differential_at(arrival.raster, u_lens, self.time, step)?;
+        let ctx = texture_context(surface, Some(&differential));
+        let bsdf = world
+            .materials()
+            .bsdf(material, surface, &ctx, world.textures());
+        Some(Vertex {
+            kind: Kind::Surface(bsdf),
+            ..vertex.clone()
+        })
+    }
+
     /// What a sky counts that the camera path has found in the direction `d` from the vertex `before`, if it is around a
     /// medium without end; light that mirrors show is found by nothing else.
     fn share_of_endless_sky(&self, light: LightId, before: &Vertex, d: Vec3) -> Option<f64> {
@@ -248,13 +300,13 @@ impl Tracer<'_> {
         })
     }
 
-    /// What the light path counts where its last of `s` vertices sends light toward `w`: a lamp that lights otherwise than
+    /// What the light path counts where `vertex`, its last of `s`, sends light toward `w`: a lamp that lights otherwise than
     /// it shows does so at the second.
-    fn factor_of_start(&self, s: usize, w: Vec3) -> f32 {
+    fn factor_of_start(&self, s: usize, vertex: &Vertex, w: Vec3) -> f32 {
         if s != 2 || !self.world.facts().has_odd_lamps {
             return 1.0;
         }
-        let (start, vertex) = (&self.light_path[0], &self.light_path[1]);
+        let start = &self.light_path[0];
         lamp_factor(self.world, start, self.starts_in_hole, vertex, w, false)
     }
 

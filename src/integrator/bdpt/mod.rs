@@ -17,27 +17,33 @@
 //! included, and each of these strategies is weighed against all others that could have found the same path. Light
 //! paths that see the camera itself ([`Tracer::splats`]) arrive in pixels of their own.
 //!
-//! Textures have no footprints here, so that a surface is the same from either end of a path. Light below surfaces
-//! is left out, as in pbrt-v3.
+//! What the camera sees directly has the footprint of its pixel, whichever end the path comes from; all other vertices
+//! have none. So a path is the same to all strategies that can find it. Light below surfaces is left out, as in pbrt-v3.
+//!
+//! Under bent normals, some directions scatter light and are drawn by no lobe. Camera paths look for a light there, and do
+//! not go on. The picture is that of `path`: no strategy passes such a direction but next to the light.
 
 mod connect;
 mod guide;
+mod reach;
 mod steadiness;
 mod strategy;
 mod subpath;
 mod vertex;
 pub mod weights;
 
-use crate::camera::Camera;
+use crate::camera::{Camera, CameraSample, RayDifferential};
 use crate::ids::LightId;
 use crate::integrator::Counters;
 use crate::light::{Light, LightChoice};
 use crate::math::{Normal3, Point3, Ray, Vec3};
 use crate::sampler::Sampler;
 use crate::sampling::rng::Rng;
+use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::world::{EmissionSample, LightStrategy, World};
 pub use guide::{EmissionGuide, GuideTraining};
+pub use reach::aim_far_light;
 pub use strategy::{Contribution, Strategy};
 use subpath::End;
 use vertex::{Kind, Vertex};
@@ -116,7 +122,7 @@ impl Emitters {
         let has_extent = |light: &Light| matches!(light, Light::Area(_) | Light::Infinite(_));
         Self {
             any_met: (0..world.n_lights()).any(|i| has_extent(world.light(LightId::new(i)))),
-            choice: world.light_choice(strategy),
+            choice: world.emitter_choice(strategy),
             infinite: (0..world.n_lights())
                 .map(LightId::new)
                 .filter(is_infinite)
@@ -201,6 +207,11 @@ pub struct Tracer<'a> {
     /// Lights that the camera path meets.
     ends: Vec<End>,
     light_path: Vec<Vertex<'a>>,
+    /// Where the light path met surfaces, by number of the vertex: for the footprints they have if the camera sees them.
+    /// Empty if there are none.
+    light_surfaces: Vec<(usize, SurfacePoint)>,
+    /// Pixels between the rays whose distance is the footprint. `None` where nothing looks at it.
+    footprint_step: Option<f64>,
     /// For the light path: density of its first point if drawn for its second.
     light_direct: f64,
     /// Its first point is in a hole of a lamp.
@@ -229,6 +240,8 @@ impl<'a> Tracer<'a> {
             camera_path: Vec::new(),
             ends: Vec::new(),
             light_path: Vec::new(),
+            light_surfaces: Vec::new(),
+            footprint_step: None,
             light_direct: 0.0,
             starts_in_hole: false,
             densities: Vec::new(),
@@ -236,6 +249,20 @@ impl<'a> Tracer<'a> {
             rng: Rng::new(0),
             counters: Counters::default(),
         }
+    }
+
+    /// For pixels of so many samples, whose footprints shrink accordingly, as in pbrt-v3.
+    pub fn with_footprints(self, spp: u32) -> Self {
+        let is_needed = self.world.facts().needs_footprint;
+        Self {
+            footprint_step: is_needed.then(|| 1.0 / f64::from(spp).sqrt()),
+            ..self
+        }
+    }
+
+    /// The neighbours of a camera ray, if anything looks at them.
+    pub fn differential(&self, camera: &Camera, sample: &CameraSample) -> Option<RayDifferential> {
+        camera.differential(sample, self.footprint_step?)
     }
 
     /// For camera paths that are shared out evenly among so many pixels of the full frame.
@@ -265,6 +292,7 @@ impl<'a> Tracer<'a> {
         self.camera_path.clear();
         self.ends.clear();
         self.light_path.clear();
+        self.light_surfaces.clear();
         self.time = time;
         self.rng = Rng::new(key);
     }
@@ -289,16 +317,17 @@ impl<'a> Tracer<'a> {
         }
     }
 
-    /// Radiance along a camera ray by all strategies but those of [`Tracer::splats`], and in calls of `tell` what each
+    /// Radiance along a camera ray with its neighbours by all strategies but those of [`Tracer::splats`], and in calls of `tell` what each
     /// of them found. Beside the frame, where filters reach, paths are weighed as in it, although what light brings there
     /// is lost: for nothing that it brings to the frame is spread beyond its pixel.
     pub fn radiance(
         &mut self,
         ray: Ray,
+        differential: Option<&RayDifferential>,
         numbers: &mut impl Numbers,
         mut tell: impl FnMut(Strategy, &Contribution),
     ) -> Rgb {
-        self.trace_camera_to(self.max_depth + 1, true, ray, numbers);
+        self.trace_camera_to(self.max_depth + 1, true, ray, differential, numbers);
         let mut radiance = Rgb::BLACK;
         let mut add = |s: usize, t: usize, found: Contribution| {
             radiance += found.weighted();
@@ -327,12 +356,16 @@ impl Tracer<'_> {
     }
 
     /// Follows a camera ray as far as the strategy needs it.
-    pub fn trace_camera_part(&mut self, s: usize, t: usize, ray: Ray, numbers: &mut impl Numbers) {
-        if s == 0 {
-            self.trace_camera_to(t - 1, true, ray, numbers);
-        } else {
-            self.trace_camera_to(t, false, ray, numbers);
-        }
+    pub fn trace_camera_part(
+        &mut self,
+        s: usize,
+        t: usize,
+        ray: Ray,
+        differential: Option<&RayDifferential>,
+        numbers: &mut impl Numbers,
+    ) {
+        let (limit, looks_for_light) = if s == 0 { (t - 1, true) } else { (t, false) };
+        self.trace_camera_to(limit, looks_for_light, ray, differential, numbers);
     }
 
     /// Radiance by the strategy with `t` ≥ 2, whose parts have been followed from a film position in the frame.
@@ -370,6 +403,7 @@ impl Bdpt {
         &self,
         world: &World,
         ray: Ray,
+        differential: Option<&RayDifferential>,
         sampler: &mut Sampler,
         counters: &mut Counters,
     ) -> Rgb {
@@ -377,7 +411,7 @@ impl Bdpt {
         let mut tracer = Tracer::new(world, &emitters, None, self.max_depth);
         tracer.start(ray.time, sampler.stream().next_u64());
         tracer.trace_light(sampler);
-        let radiance = tracer.radiance(ray, sampler, |_, _| ());
+        let radiance = tracer.radiance(ray, differential, sampler, |_, _| ());
         counters.add(tracer.counters());
         radiance
     }

@@ -1,5 +1,6 @@
 //! Paths from either end, through media and null surfaces.
 
+use crate::camera::RayDifferential;
 use crate::ids::{LightId, MediumId};
 use crate::integrator::bdpt::vertex::{Kind, Vertex, density_at};
 use crate::integrator::bdpt::{Numbers, Tracer};
@@ -45,11 +46,13 @@ enum Side {
 }
 
 /// The end of a path that grows.
-struct Head {
+struct Head<'d> {
     from: Side,
     ray: Ray,
+    /// Its neighbours, until it first meets anything.
+    differential: Option<&'d RayDifferential>,
     beta: Rgb,
-    /// Density of its direction; of its position, if it comes from infinitely far away.
+    /// Density of its direction.
     pdf: f64,
     medium: MediumId,
     /// It has met a surface in a medium that this does not border on.
@@ -67,6 +70,7 @@ impl<'a> Tracer<'a> {
         limit: usize,
         looks_for_light: bool,
         ray: Ray,
+        differential: Option<&RayDifferential>,
         numbers: &mut impl Numbers,
     ) {
         let medium = self.world.camera_medium();
@@ -76,6 +80,7 @@ impl<'a> Tracer<'a> {
         let head = Head {
             from: Side::Camera,
             ray,
+            differential,
             beta: Rgb::ONE,
             pdf: pdf_w,
             medium,
@@ -119,9 +124,7 @@ impl<'a> Tracer<'a> {
         let density = f64::from(pmf) * f64::from(sample.pdf_pos) * f64::from(sample.pdf_dir);
         let mut beta = sample.radiance * ((f64::from(cos) / density) as f32);
         let ray = spawn_ray(sample.p, sample.p_err, sample.ng, sample.d, self.time);
-        let mut pdf = f64::from(sample.pdf_dir);
         if is_far {
-            pdf = f64::from(sample.pdf_pos);
             // Light from far away has come through what fills all space before it gets where it starts.
             if sample.medium.is_some() {
                 let back = Ray { d: -ray.d, ..ray };
@@ -132,8 +135,9 @@ impl<'a> Tracer<'a> {
         let head = Head {
             from: Side::Light,
             ray,
+            differential: None,
             beta,
-            pdf,
+            pdf: f64::from(sample.pdf_dir),
             medium: sample.medium,
             is_misled: false,
             limit,
@@ -166,6 +170,7 @@ impl<'a> Tracer<'a> {
                     MediumEvent::Pass { weight } => head.beta *= weight,
                     MediumEvent::Scatter { t, weight } => {
                         head.beta *= weight;
+                        head.differential = None;
                         if path.len() >= head.limit || head.beta.is_black() {
                             return;
                         }
@@ -204,6 +209,8 @@ impl<'a> Tracer<'a> {
             let material = geometry.material;
             if !material.is_some() {
                 crossings += 1;
+                // Footprints are not known behind null surfaces, as in pbrt-v3.
+                head.differential = None;
                 if crossings > world.max_crossings() {
                     self.counters.stuck_paths += 1;
                     return;
@@ -222,7 +229,10 @@ impl<'a> Tracer<'a> {
                 return;
             }
             crossings = 0;
-            let ctx = texture_context(&surface, None);
+            let ctx = texture_context(&surface, head.differential.take());
+            if self.footprint_step.is_some() && matches!(head.from, Side::Light) {
+                self.light_surfaces.push((path.len(), surface));
+            }
             let bsdf = world
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
@@ -253,11 +263,12 @@ impl<'a> Tracer<'a> {
     ) -> bool {
         let (wo, time) = (vertex.wo, head.ray.time);
         let (u_lobe, u) = (numbers.get_1d(), numbers.get_2d());
+        let is_second = path.len() == 1;
         let Some(before) = path.last_mut() else {
             return false;
         };
         vertex.pdf_own = match before.kind {
-            Kind::FarLight(_) => far_density(self.world, vertex.p, vertex.ng, head.ray.d, head.pdf),
+            Kind::FarLight(_) => far_density(self.world, vertex.p, vertex.ng, head.ray.d),
             _ => vertex.density(before.p, head.pdf),
         };
         let next = match &vertex.kind {
@@ -307,7 +318,13 @@ impl<'a> Tracer<'a> {
         before.pdf_other = if specular {
             0.0
         } else {
-            before.density(vertex.p, vertex.pdf_w(wi, wo))
+            let pdf_back = vertex.pdf_w(wi, wo);
+            // Camera paths would not go on here: see the module.
+            if matches!(head.from, Side::Light) && !is_second && !(pdf_back > 0.0) {
+                path.push(vertex);
+                return false;
+            }
+            before.density(vertex.p, pdf_back)
         };
         head.beta *= weight;
         head.pdf = pdf_w;
@@ -417,7 +434,7 @@ impl<'a> Tracer<'a> {
         let pmf = f64::from(self.emitters.choice.pmf(light.index()));
         let (pdf_pos, pdf_dir) = self.emitters.pdf_emission(self.world, light, p, ng, d);
         let (pdf_pos, pdf_dir) = (f64::from(pdf_pos), f64::from(pdf_dir));
-        let from_afar = || far_density(self.world, next.p, next.ng, d, pdf_pos);
+        let from_afar = || far_density(self.world, next.p, next.ng, d);
         match self.world.light(light) {
             _ if !starts_light_paths(self.world, light) => (0.0, 0.0),
             Light::Distant(_) => (pmf, from_afar()),
@@ -458,19 +475,12 @@ fn starts_light_paths(world: &World, light: LightId) -> bool {
     !(world.facts().has_endless_sky && matches!(world.light(light), Light::Infinite(_)))
 }
 
-/// Density of a point for light from far away that starts on a disk as wide as the scene, with density `pdf_pos`: a
-/// medium may reach to where that light does not.
-fn far_density(world: &World, p: Point3, ng: Normal3, d: Vec3, pdf_pos: f64) -> f64 {
-    let (center, radius) = world.bounding_sphere();
-    let (offset, d) = (p.to_f64() - center, d.to_f64());
-    let along = offset.dot(d);
-    let aside_squared = (offset - d * along).length_squared();
-    if along < -radius || aside_squared > radius * radius {
-        return 0.0;
-    }
+/// Density of a point, per area where the normal is `ng` or per volume where it is zero, for light from far away.
+fn far_density(world: &World, p: Point3, ng: Normal3, d: Vec3) -> f64 {
+    let pdf_across = world.pdf_far_line(p, d);
     if ng == Normal3::ZERO {
-        pdf_pos
+        pdf_across
     } else {
-        pdf_pos * ng.to_f64().dot(d).abs()
+        pdf_across * ng.to_f64().dot(d.to_f64()).abs()
     }
 }

@@ -37,7 +37,7 @@ impl World {
     ) -> Vec<[GeometryId; 2]> {
         let mut pairs = self.same_shapes();
         pairs.extend(self.sheets_in_one_plane());
-        pairs.retain(|[a, b]| self.look(*a) != self.look(*b));
+        pairs.retain(|[a, b]| self.appearance(*a) != self.appearance(*b));
         if pairs.is_empty() {
             return Vec::new();
         }
@@ -62,7 +62,9 @@ impl World {
         let mut members: Vec<usize> = (0..elements.len())
             .filter(|&index| !elements[index].is_empty())
             .collect();
-        members.sort_by_cached_key(|&index| (outline(&self.geometries[index]), self.look(index)));
+        members.sort_by_cached_key(|&index| {
+            (outline(&self.geometries[index]), self.appearance(index))
+        });
         let mut order = vec![0; elements.len()];
         for (rank, index) in (0..).zip(members) {
             order[index] = rank;
@@ -78,7 +80,7 @@ impl World {
     }
 
     /// What a surface looks like, as text.
-    fn look(&self, index: usize) -> String {
+    fn appearance(&self, index: usize) -> String {
         let geometry = &self.geometries[index];
         format!("{:?}", self.materials.list.get(geometry.material.index()))
     }
