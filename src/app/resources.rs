@@ -65,7 +65,7 @@ pub(super) fn size(text: &str) -> Result<u64, String> {
         _ => return Err(refusal()),
     };
     let bytes = number.parse::<f64>().map_err(|_| refusal())? * f64::from(shift).exp2();
-    if bytes >= 1.0 && bytes < 1e18 {
+    if (1.0..1e18).contains(&bytes) {
         Ok(bytes as u64)
     } else {
         Err(refusal())

@@ -134,8 +134,9 @@ pub(crate) fn assert_close(a: &Image, b: &Image, what: &str) -> Result<(), TestC
                 }
             }
         }
-        for k in 0..3 {
-            let [a, b] = [sums[0][k] / n, sums[1][k] / n];
+        let [ours, theirs] = sums;
+        for (a, b) in ours.into_iter().zip(theirs) {
+            let [a, b] = [a / n, b / n];
             prop_assert!(
                 !is_off(a, b, 1e-3),
                 "{what}: {a} and {b} in the block at {x0} {y0}"
