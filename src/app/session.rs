@@ -190,7 +190,10 @@ impl<'a> Session<'a> {
         let mut builder = Builder::default();
         let mut named = HashSet::new();
         let take = &mut |directive: Spanned<Directive>| {
-            named.extend(names(&directive).map(|name| (name.clone(), directive.span.file)));
+            // Most directives name nothing.
+            for name in names(&directive) {
+                named.insert((name.clone(), directive.span.file));
+            }
             builder.directive(directive);
         };
         let misread = tyndall_parser::parse_each(&mut self.sources, roots, &self.files, take);
