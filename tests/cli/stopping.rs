@@ -141,6 +141,7 @@ fn assert_sound(room: &Room, what: &str) {
 }
 
 #[test]
+#[expect(clippy::print_stderr, reason = "how close it was is worth reading")]
 fn signals_at_any_moment_end_it_soon_and_tear_nothing() {
     let n_signals: u64 = std::env::var("STOPPING_SIGNALS")
         .ok()
