@@ -174,7 +174,7 @@ impl World {
         let Shape::Mesh(mesh) = &geometry.shape else {
             return None;
         };
-        if !self.is_opaque(geometry) || mesh.n_triangles() > FEW {
+        if !self.is_opaque(geometry) || !(1..=FEW).contains(&mesh.n_triangles()) {
             return None;
         }
         let corners = || {
