@@ -108,7 +108,7 @@ fn twice_the_input_costs_twice_as_much() {
     let mut is_right = true;
     for (what, n, text) in kinds {
         let [one, two] = [n, 2 * n].map(|n| cost(&room, &text(n)));
-        let seconds = (two[0] - idle_seconds) / (one[0] - idle_seconds).max(0.01);
+        let seconds = (two[0] - idle_seconds) / (one[0] - idle_seconds).max(0.05);
         // A child's peak begins with what this process held when it started: less than that is not seen.
         let mebibytes = (two[1] - idle_mebibytes) / (one[1] - idle_mebibytes).max(UNSEEN_MEBIBYTES);
         is_right &= seconds <= RATIO * NOISE && mebibytes <= RATIO;

@@ -28,7 +28,7 @@ fn rough_textures_below_0_are_smooth() {
     let world = environment([1.0; 3])
         + "Texture \"bumpy\" \"float\" \"fbm\" Texture \"rough\" \"float\" \"scale\"\n\
            \"texture tex1\" \"bumpy\" \"float tex2\" 4\n\
-           Material \"disney\" \"texture roughness\" \"rough\" \"spectrum scatterdistance\" [1 1]\n\
+           Material \"disney\" \"texture roughness\" \"rough\" \"spectrum scatterdistance\" [400 1 700 1]\n\
            Shape \"disk\" \"float radius\" 9\n";
     let scene = seen_by("path", 3, [0.4, 0.3, 4.0], [0.1, 0.2, -1.0], &world);
     for sample in Probe::new(&scene).samples_within(64.0, 0, 4000) {
