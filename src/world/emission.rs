@@ -351,14 +351,17 @@ impl World {
         Ball { center, radius }
     }
 
-    /// Density per area across `d` with which a line through `p` is drawn for light from far away toward `d`. 0 before
-    /// the scene, where such light does not start: a medium may reach there.
+    /// Whether `p` is before the scene for light from far away toward `d`, which starts behind it: a medium may reach
+    /// there.
+    pub fn is_before_scene(&self, p: Point3, d: Vec3) -> bool {
+        let scene = self.scene_ball();
+        (p.to_f64() - scene.center).dot(d.to_f64()) < -scene.radius
+    }
+
+    /// Density per area across `d` with which a line through `p` is drawn for light from far away toward `d`.
     pub fn pdf_far_line(&self, p: Point3, d: Vec3) -> f64 {
         let (p, d) = (p.to_f64(), d.to_f64());
         let scene = self.scene_ball();
-        if (p - scene.center).dot(d) < -scene.radius {
-            return 0.0;
-        }
         match &self.far_aim {
             Some(aim) => mixed(aim.pdf(p, d), scene.pdf(p, d)),
             None => scene.pdf(p, d),

@@ -226,7 +226,7 @@ fn decode_as<T: Sample>(
 ) -> Result<PtexFile, ImageError> {
     let (n_faces, n_channels) = (u64::from(header.n_faces), usize::from(header.channels));
     let tables = n_faces * (TABLE_BYTES_PER_FACE + (n_channels * T::BYTES) as u64 * 2);
-    if tables > bytes_max {
+    if tables > bytes_max.max(FREE_BYTES) {
         let message = format!("its tables of {n_faces} faces need {} MiB", tables >> 20);
         return Err(ImageError::TooLarge(message));
     }

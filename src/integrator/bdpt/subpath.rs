@@ -477,6 +477,9 @@ fn starts_light_paths(world: &World, light: LightId) -> bool {
 
 /// Density of a point, per area where the normal is `ng` or per volume where it is zero, for light from far away.
 fn far_density(world: &World, p: Point3, ng: Normal3, d: Vec3) -> f64 {
+    if world.is_before_scene(p, d) {
+        return 0.0;
+    }
     let pdf_across = world.pdf_far_line(p, d);
     if ng == Normal3::ZERO {
         pdf_across
