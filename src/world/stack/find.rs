@@ -1,7 +1,7 @@
 //! Which elements may share a place with others, found at load: those that meet a null surface, a lamp or a light without
 //! extent, and these. A scene where none do asks for nothing more.
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DVec3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -19,6 +19,9 @@ use crate::world::{ElementRef, Geometry, World};
 /// What places in a transform's range add up from.
 const OPERATIONS: f64 = 4.0;
 
+/// So many elements near one are worth remembering it: those in the same place need not be compared with all of them.
+const CROWD: usize = 64;
+
 impl World {
     /// What may share its place with other surfaces; `None` if nothing does.
     pub(in crate::world) fn find_stacks(&self) -> Option<Stacks> {
@@ -28,6 +31,7 @@ impl World {
             elements: vec![Vec::new(); self.geometries.len()],
             lights: Vec::new(),
             error: 0.0,
+            crowded: HashSet::new(),
         };
         let mut instances_of = vec![Vec::new(); self.objects.len()];
         for (index, instance) in self.instances.iter().enumerate() {
@@ -80,6 +84,26 @@ struct Found<'a> {
     elements: Vec<Vec<u64>>,
     lights: Vec<u64>,
     error: f64,
+    /// Elements that were compared with more than [`CROWD`] others.
+    crowded: HashSet<[u64; 15]>,
+}
+
+/// All that decides which others a piece meets, to the last bit.
+fn content(piece: &Piece) -> [u64; 15] {
+    let mut content = [0; 15];
+    let Bounds3 { min, max } = piece.bounds;
+    let corners = [min.0.to_array(), max.0.to_array()];
+    let corners = corners.as_flattened().iter().map(|&c| f64::from(c));
+    let form = match piece.form {
+        Form::Triangle(vertices) => vertices.map(|v| v.to_array()),
+        Form::Sphere(center, radius) => [center.to_array(), [radius; 3], [0.0; 3]],
+        Form::Other => [[0.0; 3]; 3],
+    };
+    let numbers = corners.chain(form.as_flattened().iter().copied());
+    for (slot, number) in content.iter_mut().zip(numbers) {
+        *slot = number.to_bits();
+    }
+    content
 }
 
 pub(super) fn set(bits: &mut Vec<u64>, index: usize) {
@@ -104,7 +128,15 @@ impl Found<'_> {
         let Some(piece) = self.world.piece(target, instance) else {
             return;
         };
-        for (other, placed) in self.near(&piece.bounds) {
+        // What is the same as one before meets the same, and was marked with it.
+        if !self.crowded.is_empty() && self.crowded.contains(&content(&piece)) {
+            return;
+        }
+        let near = self.near(&piece.bounds);
+        if near.len() > CROWD {
+            self.crowded.insert(content(&piece));
+        }
+        for (other, placed) in near {
             if (other, placed) == (target, instance) {
                 continue;
             }
