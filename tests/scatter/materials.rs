@@ -321,9 +321,10 @@ fn what_is_wrong_with_a_material_is_said_once_and_what_is_wrong_with_a_shape_for
     let plain = "Shape \"sphere\" \"float zmin\" -.5\n";
     let copy = "Shape \"sphere\" \"float eta\" -1\n";
     let found = codes(&world(
-        &(wrong.to_owned() + &(plain.to_owned() + copy).repeat(1000)),
+        &(wrong.to_owned() + &(plain.to_owned() + copy).repeat(100)),
     ));
-    assert_eq!(found.len(), 2 + 1000);
+    // Few enough for all of a kind to be listed.
+    assert_eq!(found.len(), 2 + 100);
     assert!(found.iter().all(|code| code == "out-of-range"));
 }
 
