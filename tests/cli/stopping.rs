@@ -32,12 +32,19 @@ fn mirrors(integrator: &str) -> String {
 
 /// Light that is 1 from everywhere on a mirror ball and a dark one, for longer than anyone waits.
 fn endless(integrator: &str) -> String {
-    let scene = ball(
+    for_long(&ball(
         "WorldBegin",
         &format!("Integrator {integrator}\nWorldBegin"),
-    );
-    let spp = "\"integer pixelsamples\" 100000000";
-    scene.replace("\"integer pixelsamples\" 4", spp)
+    ))
+}
+
+/// The same scene with more samples than anyone waits for: it does not end by itself, however fast the machine is.
+fn for_long(scene: &str) -> String {
+    let (head, rest) = scene
+        .split_once("\"integer pixelsamples\" ")
+        .expect("a number of samples");
+    let (_, rest) = rest.split_once('\n').expect("a line");
+    format!("{head}\"integer pixelsamples\" 100000000\n{rest}")
 }
 
 fn send(child: &Child, signal: Signal) {
@@ -100,18 +107,19 @@ fn scenes() -> Vec<(&'static str, String)> {
     scenes.push(("mlt, chain", endless(chain)));
     let training = "\"bdpt\" \"integer maxdepth\" 100";
     let lit = "LightSource \"point\" \"rgb I\" [1 1 1]\nWorldEnd";
-    scenes.push(("bdpt, training", mirrors(training).replace("WorldEnd", lit)));
+    let training = mirrors(training).replace("WorldEnd", lit);
+    scenes.push(("bdpt, training", for_long(&training)));
     let mesh = "Shape \"loopsubdiv\" \"integer levels\" 10 \"integer indices\" [0 1 2 0 2 3 0 3 1 1 3 2] \
                 \"point P\" [0 0 0 1 0 0 0 1 0 0 0 1]";
-    scenes.push(("subdivision", ball("Shape \"sphere\"", mesh)));
+    scenes.push(("subdivision", for_long(&ball("Shape \"sphere\"", mesh))));
     let lamps = "AreaLightSource \"diffuse\" ".to_owned() + mesh;
-    scenes.push(("light tables", ball("Shape \"sphere\"", &lamps)));
+    scenes.push(("light tables", for_long(&ball("Shape \"sphere\"", &lamps))));
     scenes.push((
         "parsing",
-        ball(
+        for_long(&ball(
             "Shape \"sphere\"",
             &"Shape \"sphere\"\nIdentity\n".repeat(300_000),
-        ),
+        )),
     ));
     scenes
 }
