@@ -1,8 +1,8 @@
 //! Work that may be given up. A path among mirrors, or a ray through a million null surfaces, has no end that anyone
-//! would wait for: so it asks now and then whether its picture is still wanted.
+//! would wait for: so it asks now and then whether it is to stop.
 //!
 //! The wish belongs to the work of a thread, not to the program: two pictures in one process stop by themselves. What
-//! is given up is of no use, and whoever asked for it finds out by [`is_wanted`], which never goes back to false.
+//! is given up is of no use, and whoever asked for it finds out by [`is_requested`], which never goes back to false.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -19,42 +19,42 @@ pub fn heeding<T>(wish: &AtomicBool, work: impl FnOnce() -> T) -> T {
 }
 
 /// Whether what this thread does is to be given up.
-pub fn is_wanted() -> bool {
+pub fn is_requested() -> bool {
     WISH.is_set() && WISH.with(|wish| wish.load(Ordering::Relaxed))
 }
 
 /// The same, asked at every thousandth step only: `n_steps` is a count that goes up by one between two calls.
 #[inline]
-pub fn is_wanted_after(n_steps: u64) -> bool {
+pub fn is_requested_after(n_steps: u64) -> bool {
     n_steps.is_multiple_of(EVERY) && look()
 }
 
 #[cold]
 #[inline(never)]
 fn look() -> bool {
-    is_wanted()
+    is_requested()
 }
 
 #[cfg(test)]
 mod tests {
     use std::sync::atomic::{AtomicBool, Ordering};
 
-    use super::{EVERY, heeding, is_wanted, is_wanted_after};
+    use super::{EVERY, heeding, is_requested, is_requested_after};
 
     #[test]
     fn a_thread_heeds_the_innermost_wish_and_none_outside() {
         let (outer, inner) = (AtomicBool::new(false), AtomicBool::new(true));
-        assert!(!is_wanted());
+        assert!(!is_requested());
         heeding(&outer, || {
-            assert!(!is_wanted());
+            assert!(!is_requested());
             heeding(&inner, || {
-                assert!(is_wanted());
-                assert!(is_wanted_after(EVERY) && !is_wanted_after(EVERY + 1));
+                assert!(is_requested());
+                assert!(is_requested_after(EVERY) && !is_requested_after(EVERY + 1));
             });
-            assert!(!is_wanted());
+            assert!(!is_requested());
             outer.store(true, Ordering::Relaxed);
-            assert!(is_wanted());
+            assert!(is_requested());
         });
-        assert!(!is_wanted());
+        assert!(!is_requested());
     }
 }

@@ -106,7 +106,7 @@ impl Direct {
         while let Some(branch) = next {
             radiance += branch.beta * self.follow(&mut state, branch);
             // A segment may ask for millions of points on lights.
-            if stop::is_wanted() {
+            if stop::is_requested() {
                 break;
             }
             next = state.pending.pop();
@@ -155,7 +155,7 @@ impl State<'_> {
         let mut n_drawn = 0;
         let mut is_given_up = || {
             n_drawn += 1;
-            stop::is_wanted_after(n_drawn)
+            stop::is_requested_after(n_drawn)
         };
         match lights {
             LightSampling::Each => {

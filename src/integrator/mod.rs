@@ -78,7 +78,7 @@ impl Counters {
     #[must_use]
     pub fn next_ray(&mut self) -> bool {
         self.rays += 1;
-        stop::is_wanted_after(self.rays)
+        stop::is_requested_after(self.rays)
     }
 
     /// Null surfaces that anything crossed from a medium they do not border on.

@@ -94,7 +94,7 @@ impl<'a> Bidirectional<'a> {
             let mut seen = Vec::new();
             for index in start..n_paths.min(start + TRAINING_CHUNK) {
                 // Nothing is rendered any more, so that nobody needs to know where.
-                if stop::is_wanted() {
+                if stop::is_requested() {
                     break;
                 }
                 let mut sampler = Sampler::of_picture(job.sampler, job.seed ^ TRAINING_SEED, index);
@@ -228,7 +228,7 @@ impl<'a> Bidirectional<'a> {
             light_sampler.stream().next_u64(),
         );
         tracer.trace_light(&mut light_sampler);
-        if stop::is_wanted() {
+        if stop::is_requested() {
             return Judgement::Unfinished;
         }
         if is_in_frame {
@@ -265,7 +265,7 @@ impl<'a> Bidirectional<'a> {
             None => (Rgb::BLACK, 1.0),
         };
         // The light path counts by itself.
-        if stop::is_wanted() {
+        if stop::is_requested() {
             if let Some(strategies) = strategies {
                 strategies.leave_out_sample();
             }

@@ -93,7 +93,7 @@ impl<'a> Metropolis<'a> {
                     let (mut sample, depth) = metropolis.bootstrap(index);
                     let (_, rgb) = metropolis.found(&mut tracer, depth, &mut sample);
                     report.bad_samples += u64::from(!job.can_be(rgb));
-                    (!stop::is_wanted()).then(|| brightness(rgb))
+                    (!stop::is_requested()).then(|| brightness(rgb))
                 })
                 .collect();
             tally.add(n_paths);
@@ -181,7 +181,7 @@ impl<'a> Metropolis<'a> {
             sample.mutate();
             let proposed = self.found(&mut tracer, depth, &mut sample);
             // The path may have been cut short, and so may the one the chain starts at.
-            if stop::is_wanted() {
+            if stop::is_requested() {
                 report.cancelled = true;
                 break;
             }

@@ -514,7 +514,7 @@ fn render_sample(
 ) -> Judgement {
     let taken = take_sample(job, pixel, sample, counters, &mut Unobserved);
     // Its path may have been cut short.
-    if stop::is_wanted() {
+    if stop::is_requested() {
         return Judgement::Unfinished;
     }
     if !taken.is_good(job) {

@@ -102,7 +102,7 @@ impl<'a> Sharing<'a> {
                     &mut report.counters,
                 );
                 // What an unfinished tile would share is not known.
-                if stop::is_wanted() {
+                if stop::is_requested() {
                     report.cancelled = true;
                     return;
                 }
@@ -172,7 +172,7 @@ impl<'a> Sharing<'a> {
                     (ray, found)
                 };
                 let (raster, followed) = trace_camera_ray(self.job, pixel, sample, follow);
-                if stop::is_wanted() {
+                if stop::is_requested() {
                     return;
                 }
                 let mut followed_sample = Followed {

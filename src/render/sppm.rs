@@ -134,7 +134,7 @@ impl Pass<'_> {
                 let mut report = RenderReport::default();
                 for (i, pixel) in pixels.iter_mut().enumerate() {
                     self.gather(run * RUN + i, iteration, &map, is_last, pixel, &mut report);
-                    if stop::is_wanted() {
+                    if stop::is_requested() {
                         report.cancelled = true;
                         return report;
                     }
@@ -185,7 +185,7 @@ impl Pass<'_> {
                         &mut counters,
                     );
                     // Without all of its photons an iteration is none.
-                    if stop::is_wanted() {
+                    if stop::is_requested() {
                         return None;
                     }
                 }
@@ -253,7 +253,7 @@ impl Pass<'_> {
             map.gather(point, pixel.photons.radius(), &mut pixel.gathered);
             beta = point.beta * weight;
         }
-        if is_last && !stop::is_wanted() {
+        if is_last && !stop::is_requested() {
             report.samples += 1;
             let is_good = pixel.conclude(job, path.radiance * weight, beta);
             if !is_good {

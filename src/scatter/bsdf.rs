@@ -175,7 +175,6 @@ impl Bxdf<'_> {
             Self::FresnelBlend(lobe) => add(lobe.pdf_in_pbrt(wo, wi), 1),
             Self::Fourier(table) => add(table.pdf_in_pbrt(wo, wi), 1),
             Self::DisneyBase(lobe) => add(lobe.pdf(wo, wi), lobe.n_lobes_in_pbrt),
-            // It comes out on the side of the normal, which is where it is seen from.
             Self::SubsurfaceExit(_)
             | Self::Diffuse(_)
             | Self::DiffuseTransmission(_)

@@ -152,7 +152,7 @@ impl World {
         // Every crossing leaves a surface behind; a ray that meets more of them than there are is stuck.
         for _ in 0..=self.max_crossings() {
             tally.rays += 1;
-            if stop::is_wanted_after(tally.rays) {
+            if stop::is_requested_after(tally.rays) {
                 return Rgb::BLACK;
             }
             let hit = self.closest_where(&ray, t_max, |hit| counts(travelled, hit));

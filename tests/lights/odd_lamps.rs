@@ -5,7 +5,9 @@ use std::f64::consts::{PI, TAU};
 
 use tyndall::compile::CompileOptions;
 use tyndall::ids::LightId;
-use tyndall::light::Light;
+use tyndall::light::{Light, Wanted};
+use tyndall::math::{Normal3, Point3, Vec3};
+use tyndall::world::Receiver;
 
 use crate::probe::{Probe, assert_exact, assert_mean};
 use crate::scene::compile_scene;
@@ -396,22 +398,29 @@ fn lobes_share_an_invisible_panel_as_pbrt_shows_it() {
 
 #[test]
 fn power_counts_both_sides_of_a_turned_lamp() {
-    let world = |before: &str| {
-        let lamp = lamp(before, &panel(true, DOWN));
-        let text = seen_by(
-            "path",
-            1,
-            [0.0; 3] as V,
-            [0.0, 0.0, 1.0],
-            &format!("{FLOOR}{lamp}"),
-        );
-        compile_scene(text, &CompileOptions::default(), |_| None)
-            .job
-            .world
+    // Beside the same panel, which is ordinary: mirroring alone turns no mesh.
+    let lamps = [REVERSED, MIRRORED].map(|before| lamp(before, &panel(true, DOWN)));
+    let text = seen_by(
+        "path\" \"string lightsamplestrategy\" \"power",
+        1,
+        [0.0; 3] as V,
+        [0.0, 0.0, 1.0],
+        &format!("{FLOOR}{}", lamps.concat()),
+    );
+    let compiled = compile_scene(text, &CompileOptions::default(), |_| None);
+    let world = compiled.job.world;
+    let at = Receiver {
+        p: Point3::ZERO,
+        p_err: Vec3::ZERO,
+        ng: Normal3::new(0.0, 0.0, 1.0),
+        wanted: Wanted::All,
+        time: 0.0,
     };
-    let lights_both = |before: &str| match world(before).light(LightId(0)) {
-        Light::Area(area) => area.lights_both_sides(),
-        _ => false,
-    };
-    assert!(lights_both(REVERSED) && !lights_both(MIRRORED));
+    let mut of_turned = 0.0;
+    for id in (0..world.n_lights()).map(LightId::new) {
+        if matches!(world.light(id), Light::Area(area) if area.lights_both_sides()) {
+            of_turned += world.light_pmf(&at, id);
+        }
+    }
+    assert!((of_turned - 2.0 / 3.0).abs() < 1e-5, "{of_turned}");
 }

@@ -54,8 +54,8 @@ pub(in crate::compile) struct Builders<'a> {
 }
 
 impl Builders<'_> {
-    /// The surface of a shape, which is `in_object` if instances place it. `area_lights` remembers the look at each `AreaLightSource`, however many shapes emit by
-    /// it.
+    /// The surface of a shape, which is `in_object` if instances place it. `area_lights` remembers what each
+    /// `AreaLightSource` emits, however many shapes share it.
     pub(super) fn surface(
         &mut self,
         shape: &LocalShape,
