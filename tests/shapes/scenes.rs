@@ -48,8 +48,13 @@ fn compiled(eye: [f64; 3], world: &str) -> (Compiled, Vec<&'static str>) {
 
 /// What the eye sees in the middle: the surface, and whether its normal is on this side.
 fn seen(eye: [f64; 3], world: &str) -> Option<(SurfacePoint, bool)> {
+    seen_beside(&[], eye, world)
+}
+
+/// The same in a world about which there are these findings.
+fn seen_beside(expected: &[&str], eye: [f64; 3], world: &str) -> Option<(SurfacePoint, bool)> {
     let (compiled, findings) = compiled(eye, world);
-    assert!(findings.is_empty(), "{world}: {findings:?}");
+    assert_eq!(findings, expected, "{world}");
     let middle = CameraSample {
         raster: [0.5, 0.5],
         time: 0.0,
@@ -267,15 +272,16 @@ fn faces_for_ptex_are_those_of_their_triangles() {
     let ptex = "Texture \"fur\" \"float\" \"ptex\" \"string filename\" \"fur.ptx\"";
     // The first triangle has a corner that is nowhere.
     let points = "\"point P\" [nan 0 0  -2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2  1 2 3]";
-    for (before, faces, face) in [
-        (ptex, "5 7", 7),
-        ("", "5 7", 0),
-        (ptex, "7", 0),
-        (ptex, "5 -7", -7),
+    let corner = &["bad-vertex"][..];
+    for (before, faces, face, findings) in [
+        (ptex, "5 7", 7, corner),
+        ("", "5 7", 0, corner),
+        (ptex, "7", 0, &["value-count", "bad-vertex"]),
+        (ptex, "5 -7", -7, corner),
     ] {
         let world =
             format!("{before} Shape \"trianglemesh\" {points} \"integer faceIndices\" [{faces}]");
-        let (surface, _) = seen([0.1, 0.2, 5.0], &world).expect("a hit");
+        let (surface, _) = seen_beside(findings, [0.1, 0.2, 5.0], &world).expect("a hit");
         assert_eq!(surface.face as i32, face, "{faces}");
     }
     let points = "\"point P\" [-2 -2 0  2 -2 0  0 2 0] \"integer indices\" [0 1 2]";
