@@ -52,6 +52,11 @@ impl Object {
 }
 
 impl Instance {
+    /// Whether its place depends on the time.
+    pub(super) fn is_moving(&self) -> bool {
+        matches!(self.render_from_object, Motion::Moving(_))
+    }
+
     /// Box around everything the instance reaches while the shutter is open.
     pub(super) fn bounds(&self, object: &Object, shutter: [f64; 2]) -> Bounds3 {
         let bounds = object.bvh.bounds();

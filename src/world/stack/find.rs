@@ -28,6 +28,8 @@ impl World {
         let mut found = Found {
             world: self,
             swept: HashMap::new(),
+            moving: HashMap::new(),
+            extents: HashMap::new(),
             elements: vec![Vec::new(); self.geometries.len()],
             lights: Vec::new(),
             error: 0.0,
@@ -81,6 +83,9 @@ struct Found<'a> {
     world: &'a World,
     /// Elements of moving instances, in boxes around all places they get to.
     swept: HashMap<InstanceId, Bvh>,
+    /// These elements one by one, and the boxes around such instances: to follow a motion takes long.
+    moving: HashMap<(ElementRef, InstanceId), Option<Piece>>,
+    extents: HashMap<InstanceId, Bounds3>,
     elements: Vec<Vec<u64>>,
     lights: Vec<u64>,
     error: f64,
@@ -123,9 +128,19 @@ impl Found<'_> {
         self.error = self.error.max(piece.error);
     }
 
+    /// [`World::piece`], found once for what moves.
+    fn piece(&mut self, target: ElementRef, instance: InstanceId) -> Option<Piece> {
+        let world = self.world;
+        if !instance.is_some() || !world.instances[instance.index()].is_moving() {
+            return world.piece(target, instance);
+        }
+        let entry = self.moving.entry((target, instance));
+        *entry.or_insert_with(|| world.piece(target, instance))
+    }
+
     /// Marks an element and all that it meets.
     fn compare(&mut self, target: ElementRef, instance: InstanceId) {
-        let Some(piece) = self.world.piece(target, instance) else {
+        let Some(piece) = self.piece(target, instance) else {
             return;
         };
         // What is the same as one before meets the same, and was marked with it.
@@ -140,7 +155,7 @@ impl Found<'_> {
             if (other, placed) == (target, instance) {
                 continue;
             }
-            let Some(other_piece) = self.world.piece(other, placed) else {
+            let Some(other_piece) = self.piece(other, placed) else {
                 continue;
             };
             if boxes_touch(&piece.bounds, &other_piece.bounds) && may_meet(&piece, &other_piece) {
@@ -171,7 +186,13 @@ impl Found<'_> {
             };
             let instance = &world.instances[id.index()];
             let object = &world.objects[instance.object.index()];
-            if !boxes_touch(bounds, &instance.bounds(object, world.shutter)) {
+            let extent = || instance.bounds(object, world.shutter);
+            let extent = if instance.is_moving() {
+                *self.extents.entry(id).or_insert_with(extent)
+            } else {
+                extent()
+            };
+            if !boxes_touch(bounds, &extent) {
                 continue;
             }
             let mut found = Vec::new();
@@ -207,7 +228,7 @@ impl Found<'_> {
         };
         let (mut is_on_surface, mut widest) = (false, 0f64);
         for (other, placed) in self.near(&point.bounds) {
-            if let Some(piece) = self.world.piece(other, placed)
+            if let Some(piece) = self.piece(other, placed)
                 && boxes_touch(&point.bounds, &piece.bounds)
                 && may_meet(&point, &piece)
             {

@@ -5,6 +5,7 @@ use glam::DVec3;
 use crate::math::Bounds3;
 
 /// An element where it is.
+#[derive(Clone, Copy)]
 pub(super) struct Piece {
     /// Everything it reaches; a little more by rounding.
     pub(super) bounds: Bounds3,
