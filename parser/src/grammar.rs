@@ -4,7 +4,7 @@
 //! on with the next directive keyword, so that one run shows all faults. The lexer is built from nom parsers; the
 //! grammar is not, because its input is a stack of files whose tokens run on across file ends.
 
-use crate::diagnostic::{Diagnostic, Diagnostics};
+use crate::diagnostic::{Diagnostic, Diagnostics, Severity};
 use crate::dialect::Dialect;
 use crate::directive::{ActiveTransform, Directive, Plugin, SceneFile};
 use crate::include::{Kind, Lexeme, Loader, TokenStream};
@@ -190,12 +190,14 @@ impl Parser<'_> {
             if self.tokens.report.is_full() {
                 return;
             }
+            if self.tokens.leave_if_no_scene(lexeme.span.file) {
+                continue;
+            }
             let parsed = match self.rule(lexeme) {
                 Some(rule) => {
                     self.tokens.start_extent(lexeme.span);
                     rule(self)
                 }
-                None if self.tokens.leave_if_no_scene(lexeme.span.file) => continue,
                 None => match self.end_of_file(lexeme) {
                     Some(keyword) => {
                         self.tokens.start_extent(keyword);
@@ -519,6 +521,11 @@ impl Parser<'_> {
             String::from_utf8_lossy(error.as_bytes()).into_owned()
         });
         Spanned::new(value, lexeme.span)
+    }
+
+    /// See [`Report::only_counts`](crate::report::Report::only_counts).
+    fn only_counts(&mut self, severity: Severity, code: &'static str) -> bool {
+        self.tokens.report.only_counts(severity, code)
     }
 
     fn report(&mut self, diagnostic: Diagnostic) {

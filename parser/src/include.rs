@@ -10,6 +10,7 @@ use crate::diagnostic::{Diagnostic, Severity};
 use crate::lexer::{self, Token};
 use crate::numbers::{self, Number};
 use crate::report::Report;
+use crate::schema::directive;
 use crate::source::{BYTE_ORDER_MARK, FileId, SourceBytes, Sources, Span, excerpt};
 
 /// Includes within includes. Real scenes nest a handful of times.
@@ -101,12 +102,20 @@ struct Frame {
     /// Directives that were understood, and that were not.
     n_understood: u32,
     n_failed: u32,
+    /// See [`has_directives`]; looked for when it is asked for.
+    has_directives: Option<bool>,
 }
 
 impl Frame {
     /// Whether the next fault shows that this is another sort of file, of which no more should be quoted.
-    fn is_no_scene(&self) -> bool {
-        self.n_failed > self.n_understood
+    fn is_no_scene(&mut self) -> bool {
+        if self.n_failed <= self.n_understood {
+            return false;
+        }
+        let text = (*self.bytes).as_ref();
+        !*self
+            .has_directives
+            .get_or_insert_with(|| has_directives(text))
     }
 
     fn rest(&self) -> &[u8] {
@@ -115,6 +124,23 @@ impl Frame {
             .get(self.position..)
             .unwrap_or_default()
     }
+}
+
+/// Whether a text holds directives, if with mistakes: at least a tenth of the lines that begin with a word begin with the
+/// name of one. `Include` does not count: files of other programs have it.
+fn has_directives(text: &[u8]) -> bool {
+    let (mut n_words, mut n_directives) = (0usize, 0usize);
+    for line in text.split(|byte| matches!(byte, b'\n' | b'\r')) {
+        let line = line.trim_ascii_start();
+        let length = line.iter().take_while(|b| b.is_ascii_alphabetic()).count();
+        if length > 0 {
+            let word = str::from_utf8(&line[..length]).unwrap_or_default();
+            let is_one = word != "Include" && directive(word).is_some();
+            n_words += 1;
+            n_directives += usize::from(is_one);
+        }
+    }
+    n_directives > 0 && 10 * n_directives >= n_words
 }
 
 /// The tokens of a scene across all its files, with one token of push-back.
@@ -198,6 +224,7 @@ impl<'a> TokenStream<'a> {
                     position,
                     n_understood: 0,
                     n_failed: 0,
+                    has_directives: None,
                 });
                 return;
             }
@@ -305,8 +332,8 @@ impl<'a> TokenStream<'a> {
     /// Leaves a file of which so little is understood that it is no scene. Its faults would quote it line by line, whoever
     /// it belongs to. False for others.
     pub(crate) fn leave_if_no_scene(&mut self, file: FileId) -> bool {
-        let is_one = |frame: &Frame| frame.file == file && frame.is_no_scene();
-        let Some(index) = self.frames.iter().rposition(is_one) else {
+        let is_one = |frame: &mut Frame| frame.file == file && frame.is_no_scene();
+        let Some(index) = self.frames.iter_mut().rposition(is_one) else {
             return false;
         };
         self.frames.truncate(index);

@@ -40,6 +40,18 @@ impl Report {
         }
     }
 
+    /// Counts a finding of which so many were kept that this one would not be, and says so: it need not be put into words.
+    pub(crate) fn only_counts(&mut self, severity: Severity, code: &'static str) -> bool {
+        let key = (code, severity);
+        let slot = self.counts.iter_mut().find(|(c, s, _)| (*c, *s) == key);
+        let Some((_, _, count)) = slot.filter(|(_, _, count)| *count >= MAX_PER_CODE) else {
+            return false;
+        };
+        *count += 1;
+        self.n_fatal += usize::from(severity == Severity::Fatal);
+        true
+    }
+
     /// Whether going on would only repeat what is already said.
     pub(crate) fn is_full(&self) -> bool {
         self.n_fatal >= MAX_FATAL

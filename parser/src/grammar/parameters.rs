@@ -5,7 +5,7 @@ use std::collections::HashMap;
 use std::ops::ControlFlow;
 
 use super::{Parsed, Parser, Resync};
-use crate::diagnostic::Diagnostic;
+use crate::diagnostic::{Diagnostic, Severity};
 use crate::include::{Kind, Lexeme};
 use crate::numbers::Number;
 use crate::params::{Param, ParamList, ParamType, ParamValue};
@@ -140,6 +140,9 @@ impl Parser<'_> {
     fn report_replaced(&mut self, replaced: &[Param], list: &ParamList) {
         let kept: HashMap<_, _> = list.iter().map(|param| (param.key(), param)).collect();
         for param in replaced {
+            if self.only_counts(Severity::Warning, "repeated-parameter") {
+                continue;
+            }
             let message = format!("\"{}\" is given twice", excerpt(param.name.as_bytes()));
             let found = Diagnostic::warning("repeated-parameter", param.decl_span, message)
                 .with_label("this one has no effect");
@@ -184,6 +187,9 @@ impl Parser<'_> {
             return None;
         };
         let Some(kind) = ParamType::from_word(word) else {
+            if self.only_counts(Severity::Error, "unknown-parameter-type") {
+                return None;
+            }
             let message = format!("`{}` is no parameter type", excerpt(word.as_bytes()));
             let fault = Diagnostic::error("unknown-parameter-type", decl.span, message)
                 .with_label("this parameter is ignored");
@@ -478,7 +484,9 @@ impl Parser<'_> {
     }
 
     fn boolean(&mut self, string: &Spanned<String>) -> bool {
-        if !matches!(string.value.as_str(), "true" | "false") {
+        if !matches!(string.value.as_str(), "true" | "false")
+            && !self.only_counts(Severity::Warning, "malformed-boolean")
+        {
             let message = format!("`{}` is no boolean", excerpt(string.value.as_bytes()));
             let label = "read as \"false\"; booleans are \"true\" and \"false\"";
             self.report(
@@ -495,6 +503,9 @@ impl Parser<'_> {
         wanted: &str,
         span: Span,
     ) -> Option<ParamValue> {
+        if self.only_counts(Severity::Error, "wrong-value-kind") {
+            return None;
+        }
         let message = format!(
             "the {} parameter \"{}\" takes {wanted}",
             kind.word(),
