@@ -66,7 +66,7 @@ pub struct Geometry {
 }
 
 /// One element of a geometry, as the hierarchy stores it.
-#[derive(Clone, Copy, PartialEq, Eq, Hash, Debug)]
+#[derive(Clone, Copy, PartialEq, Eq, Debug)]
 pub struct ElementRef {
     /// The geometry.
     pub geometry: GeometryId,

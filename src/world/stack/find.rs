@@ -1,7 +1,7 @@
 //! Which elements may share a place with others, found at load: those that meet a null surface, a lamp or a light without
 //! extent, and these. A scene where none do asks for nothing more.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::HashSet;
 
 use glam::{DAffine3, DVec3};
 use rayon::iter::{IntoParallelRefIterator, ParallelIterator};
@@ -27,9 +27,8 @@ impl World {
     pub(in crate::world) fn find_stacks(&self) -> Option<Stacks> {
         let mut found = Found {
             world: self,
-            swept: HashMap::new(),
-            moving: HashMap::new(),
-            extents: HashMap::new(),
+            first_of: self.first_elements(),
+            swept: self.instances.iter().map(|_| None).collect(),
             elements: vec![Vec::new(); self.geometries.len()],
             lights: Vec::new(),
             error: 0.0,
@@ -81,16 +80,24 @@ fn is_passed_or_emits(geometry: &Geometry) -> bool {
 
 struct Found<'a> {
     world: &'a World,
-    /// Elements of moving instances, in boxes around all places they get to.
-    swept: HashMap<InstanceId, Bvh>,
-    /// These elements one by one, and the boxes around such instances: to follow a motion takes long.
-    moving: HashMap<(ElementRef, InstanceId), Option<Piece>>,
-    extents: HashMap<InstanceId, Bounds3>,
+    /// Of each geometry, the number of its first element among those of its object.
+    first_of: Vec<usize>,
+    /// What moving instances get to; found once, as to follow a motion takes long.
+    swept: Vec<Option<Box<Swept>>>,
     elements: Vec<Vec<u64>>,
     lights: Vec<u64>,
     error: f64,
     /// Elements that were compared with more than [`CROWD`] others.
     crowded: HashSet<[u64; 15]>,
+}
+
+/// What a moving instance gets to while the shutter is open.
+struct Swept {
+    extent: Bounds3,
+    /// Each element of the object, in a box around all its places.
+    pieces: Vec<Option<Piece>>,
+    /// The same in a hierarchy.
+    bvh: Bvh,
 }
 
 /// All that decides which others a piece meets, to the last bit.
@@ -128,14 +135,18 @@ impl Found<'_> {
         self.error = self.error.max(piece.error);
     }
 
+    fn swept(&mut self, id: InstanceId) -> &Swept {
+        let world = self.world;
+        self.swept[id.index()].get_or_insert_with(|| Box::new(world.swept(id)))
+    }
+
     /// [`World::piece`], found once for what moves.
     fn piece(&mut self, target: ElementRef, instance: InstanceId) -> Option<Piece> {
-        let world = self.world;
-        if !instance.is_some() || !world.instances[instance.index()].is_moving() {
-            return world.piece(target, instance);
+        if !instance.is_some() || !self.world.instances[instance.index()].is_moving() {
+            return self.world.piece(target, instance);
         }
-        let entry = self.moving.entry((target, instance));
-        *entry.or_insert_with(|| world.piece(target, instance))
+        let number = self.first_of[target.geometry.index()] + target.element as usize;
+        self.swept(instance).pieces[number]
     }
 
     /// Marks an element and all that it meets.
@@ -147,12 +158,14 @@ impl Found<'_> {
         if !self.crowded.is_empty() && self.crowded.contains(&content(&piece)) {
             return;
         }
-        let near = self.near(&piece.bounds);
+        let near = self.near(&piece.bounds, Some((target, instance)));
         if near.len() > CROWD {
             self.crowded.insert(content(&piece));
         }
         for (other, placed) in near {
-            if (other, placed) == (target, instance) {
+            if (other, placed) == (target, instance)
+                || self.was_compared(other, placed, target, instance)
+            {
                 continue;
             }
             let Some(other_piece) = self.piece(other, placed) else {
@@ -165,8 +178,26 @@ impl Found<'_> {
         }
     }
 
-    /// All elements that may touch a box at any time, and some more.
-    fn near(&mut self, bounds: &Bounds3) -> Vec<(ElementRef, InstanceId)> {
+    /// Whether an element is one that is compared with others, and was before `target`.
+    fn was_compared(
+        &self,
+        other: ElementRef,
+        placed: InstanceId,
+        target: ElementRef,
+        instance: InstanceId,
+    ) -> bool {
+        let order = |e: ElementRef, at: InstanceId| (e.geometry.index(), e.element, at.0);
+        order(other, placed) < order(target, instance)
+            && is_passed_or_emits(self.world.geometry(other.geometry))
+    }
+
+    /// All elements that may touch a box at any time, and some more; the box is around a part of an instance, or of
+    /// nothing.
+    fn near(
+        &mut self,
+        bounds: &Bounds3,
+        of: Option<(ElementRef, InstanceId)>,
+    ) -> Vec<(ElementRef, InstanceId)> {
         let world = self.world;
         let stands = InstanceId::NONE;
         let mut near = Vec::new();
@@ -186,33 +217,41 @@ impl Found<'_> {
             };
             let instance = &world.instances[id.index()];
             let object = &world.objects[instance.object.index()];
-            let extent = || instance.bounds(object, world.shutter);
-            let extent = if instance.is_moving() {
-                *self.extents.entry(id).or_insert_with(extent)
-            } else {
-                extent()
-            };
-            if !boxes_touch(bounds, &extent) {
-                continue;
-            }
             let mut found = Vec::new();
-            match &instance.render_from_object {
-                Motion::Still(transform) => {
+            let mut slots = Vec::new();
+            match (&instance.render_from_object, of) {
+                // What moves together keeps its distances.
+                (Motion::Moving(_), Some((target, moves_with))) if moves_with == id => {
+                    let within = world.bounds_in_object(target);
+                    object
+                        .bvh()
+                        .touching(&within, |key| found.push(key), |key| slots.push(key));
+                    let touches = |key: &[u32; 2]| {
+                        boxes_touch(&within, &world.bounds_in_object(items::element_of(*key)))
+                    };
+                    found.retain(touches);
+                    slots.retain(touches);
+                }
+                (Motion::Moving(_), _) => {
+                    let swept = self.swept(id);
+                    if boxes_touch(bounds, &swept.extent) {
+                        swept.bvh.touching(bounds, |_| {}, |key| found.push(key));
+                    }
+                }
+                (Motion::Still(transform), _) => {
+                    if !boxes_touch(bounds, &instance.bounds(object, world.shutter)) {
+                        continue;
+                    }
                     let of = [bounds.min.to_f64(), bounds.max.to_f64()];
                     let inverse = Motion::Still(transform.inverse());
                     let [lo, hi] = inverse.bounds(of, world.shutter);
                     let within = Bounds3::around(lo, hi);
-                    let mut slots = Vec::new();
                     object
                         .bvh()
                         .touching(&within, |key| found.push(key), |key| slots.push(key));
-                    found.extend(slots);
-                }
-                Motion::Moving(_) => {
-                    let swept = self.swept.entry(id).or_insert_with(|| world.swept(id));
-                    swept.touching(bounds, |_| {}, |key| found.push(key));
                 }
             }
+            found.extend(slots);
             near.extend(found.into_iter().map(|key| (items::element_of(key), id)));
         }
         near
@@ -227,7 +266,7 @@ impl Found<'_> {
             error,
         };
         let (mut is_on_surface, mut widest) = (false, 0f64);
-        for (other, placed) in self.near(&point.bounds) {
+        for (other, placed) in self.near(&point.bounds, None) {
             if let Some(piece) = self.piece(other, placed)
                 && boxes_touch(&point.bounds, &piece.bounds)
                 && may_meet(&point, &piece)
@@ -244,28 +283,54 @@ impl Found<'_> {
 }
 
 impl World {
-    /// The elements of a moving instance, each in a box around all places it gets to.
-    fn swept(&self, id: InstanceId) -> Bvh {
-        let object = self.instances[id.index()].object;
-        let parts = (0..self.geometries.len()).filter(|&i| self.geometries[i].object == object);
+    /// Of each geometry, the number of its first element among those of its object.
+    fn first_elements(&self) -> Vec<usize> {
+        let mut counts = vec![0; self.objects.len()];
+        let first = |geometry: &Geometry| {
+            if !geometry.object.is_some() {
+                return 0;
+            }
+            let count = &mut counts[geometry.object.index()];
+            let first = *count;
+            *count += geometry.shape.n_elements();
+            first
+        };
+        self.geometries.iter().map(first).collect()
+    }
+
+    fn swept(&self, id: InstanceId) -> Swept {
+        let instance = &self.instances[id.index()];
+        let parts =
+            (0..self.geometries.len()).filter(|&i| self.geometries[i].object == instance.object);
         let elements: Vec<[u32; 2]> = parts
             .flat_map(|index| {
                 let n = self.geometries[index].shape.n_elements() as u32;
                 (0..n).map(move |element| [index as u32, element])
             })
             .collect();
-        let boxes: Vec<Bounds3> = elements
+        let pieces: Vec<Option<Piece>> = elements
             .par_iter()
-            .map(|&key| {
-                let piece = self.piece(items::element_of(key), id);
-                piece.map_or(Bounds3::EMPTY, |piece| piece.bounds)
-            })
+            .map(|&key| self.piece(items::element_of(key), id))
             .collect();
-        let mut items = Vec::with_capacity(boxes.len());
-        for (bounds, key) in boxes.iter().zip(elements) {
-            push_item(&mut items, Item::slot(bounds, key));
+        let mut items = Vec::with_capacity(pieces.len());
+        for (piece, key) in pieces.iter().zip(elements) {
+            let bounds = piece.map_or(Bounds3::EMPTY, |piece| piece.bounds);
+            push_item(&mut items, Item::slot(&bounds, key));
         }
-        Bvh::build(items, |_| unreachable!("there are no triangles"))
+        Swept {
+            extent: instance.bounds(&self.objects[instance.object.index()], self.shutter),
+            pieces,
+            bvh: Bvh::build(items, |_| unreachable!("there are no triangles")),
+        }
+    }
+
+    /// A box around an element in the space of its object.
+    fn bounds_in_object(&self, target: ElementRef) -> Bounds3 {
+        let bounds = self.geometry(target.geometry).shape.bounds(target.element);
+        let [lo, hi] = [bounds.min.to_f64(), bounds.max.to_f64()];
+        let largest = lo.abs().max(hi.abs()).max_element();
+        let error = 2.0 * OPERATIONS * f64::from(EPSILON) * largest;
+        Bounds3::around(lo - error, hi + error)
     }
 
     /// An element where it is, and while it moves. `None` if rays do not meet it, and for curves, which turn to whoever
