@@ -1,6 +1,6 @@
 //! Render space: where the numbers of the inner loop live.
 //!
-//! World space is moved, so that the nearest point of what is before the camera is the origin, and scaled by a power of
+//! World space is moved, so that the origin is near the nearest point of what is before the camera, and scaled by a power of
 //! two, so that the scene is about one unit large. Single precision is then spent where the camera looks, a scene far
 //! from the world origin loses nothing, and scaling a scene by 2ᵏ gives the same bits. What lies beside the picture
 //! moves nothing: it may change the scale, which changes no digit.
@@ -86,15 +86,24 @@ pub(super) struct View {
 pub(super) struct NearPlace {
     distance2: f64,
     p: DVec3,
+    /// Largest extent of what is there.
+    reach: f64,
 }
 
 impl NearPlace {
-    /// The nearer one; of equally near ones that with the smaller coordinates, so that order decides nothing.
+    /// The nearer one; of equally near ones that with the smaller numbers, so that order decides nothing.
     pub(super) fn nearer(a: Option<Self>, b: Option<Self>) -> Option<Self> {
         let (Some(x), Some(y)) = (a, b) else {
             return a.or(b);
         };
-        let key = |place: &Self| [place.distance2, place.p.x, place.p.y, place.p.z];
+        let key = |place: &Self| {
+            let NearPlace {
+                distance2,
+                p,
+                reach,
+            } = *place;
+            [distance2, p.x, p.y, p.z, reach]
+        };
         if key(&y) < key(&x) { b } else { a }
     }
 }
@@ -111,12 +120,28 @@ impl View {
         is_within.then_some(NearPlace {
             distance2: p.distance_squared(self.eye),
             p,
+            reach: (bounds.max - bounds.min).max_element(),
         })
     }
 
-    /// The origin of render space: the nearest place that was found, or the camera itself.
+    /// The origin of render space: the camera, but not farther from the nearest place than what is there is large. The
+    /// place itself often lies in the plane of a floor or a wall. Where all coordinates across a plane are 0, so are the
+    /// bounds of their errors, and whether a ray that leaves the plane meets it again takes a closer look each time.
     pub(super) fn origin(&self, nearest: Option<NearPlace>) -> DVec3 {
-        nearest.map_or(self.eye, |place| place.p)
+        let Some(NearPlace {
+            distance2,
+            p,
+            reach,
+        }) = nearest
+        else {
+            return self.eye;
+        };
+        let distance = distance2.sqrt();
+        if distance > reach {
+            p + (self.eye - p) * (reach / distance)
+        } else {
+            self.eye
+        }
     }
 }
 
