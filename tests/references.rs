@@ -138,6 +138,12 @@ fn small_breakfast_agrees() {
 fn small_splashes_agree() {
     // The tip of the spoon is seldom lit: its noise shows only in many samples.
     assert_small_scene_agrees_at("coffee-splash", "splash", 64, REFERENCE_SPP);
+}
+
+/// The same coffee with its table.
+#[test]
+#[ignore = "takes minutes"]
+fn small_coffee_agrees() {
     assert_small_scene_agrees_at("coffee-splash", "f15-5", 64, REFERENCE_SPP);
 }
 
