@@ -140,13 +140,6 @@ fn small_splashes_agree() {
     assert_small_scene_agrees_at("coffee-splash", "splash", 64, REFERENCE_SPP);
 }
 
-/// The same coffee with its table.
-#[test]
-#[ignore = "takes minutes"]
-fn small_coffee_agrees() {
-    assert_small_scene_agrees_at("coffee-splash", "f15-5", 64, REFERENCE_SPP);
-}
-
 /// Windows of the large pictures: the edge of the cloud against the sky, its middle, and its dark underside.
 const WINDOWS: [[i32; 2]; 3] = [[128, 96], [320, 288], [400, 480]];
 const WINDOW_SIDE: usize = 96;
