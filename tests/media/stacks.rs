@@ -299,9 +299,8 @@ fn assert_alike(stack: &Stack, integrator: &str, what: &str) {
     }
 }
 
-#[test]
-fn stacks_of_sheets_look_as_if_they_were_apart() {
-    for seed in 0..14 {
+fn assert_apart_alike(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
         let stack = Stack::random(seed, true);
         for integrator in ["volpath", "bdpt"] {
             let text = format!("Integrator \"{integrator}\" \"integer maxdepth\" 5");
@@ -311,8 +310,18 @@ fn stacks_of_sheets_look_as_if_they_were_apart() {
 }
 
 #[test]
-fn stacks_look_alike_where_media_are_ignored() {
-    for seed in 100..106 {
+fn stacks_of_sheets_look_as_if_they_were_apart() {
+    assert_apart_alike(0..7);
+}
+
+#[test]
+#[ignore = "long"]
+fn many_stacks_of_sheets_look_as_if_they_were_apart() {
+    assert_apart_alike(7..60);
+}
+
+fn assert_alike_without_media(seeds: std::ops::Range<u64>) {
+    for seed in seeds {
         let stack = Stack::random(seed, false);
         for integrator in [
             "\"path\"",
@@ -325,6 +334,17 @@ fn stacks_look_alike_where_media_are_ignored() {
             assert_alike(&stack, &text, &format!("{seed}, {integrator}: {stack:?}"));
         }
     }
+}
+
+#[test]
+fn stacks_look_alike_where_media_are_ignored() {
+    assert_alike_without_media(100..103);
+}
+
+#[test]
+#[ignore = "long"]
+fn many_stacks_look_alike_where_media_are_ignored() {
+    assert_alike_without_media(103..130);
 }
 
 /// A box of fog in a room of its size, and one in two parts that meets the walls, in any order.
