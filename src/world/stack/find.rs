@@ -19,6 +19,9 @@ use crate::world::{ElementRef, Geometry, World};
 /// What places in a transform's range add up from.
 const OPERATIONS: f64 = 4.0;
 
+/// Rounding errors that count between triangles: more than [`World::piece`] allows each of them.
+const ROUNDINGS: f32 = 32.0;
+
 /// So many elements near one are worth remembering it: those in the same place need not be compared with all of them.
 const CROWD: usize = 64;
 
@@ -173,6 +176,7 @@ impl Found<'_> {
         let mut slots = Vec::new();
         world.bvh.touching(
             bounds,
+            ROUNDINGS,
             |key| near.push((items::element_of(key), stands)),
             |key| slots.push(items::slot_of(key)),
         );
@@ -203,14 +207,17 @@ impl Found<'_> {
                     let [lo, hi] = inverse.bounds(of, world.shutter);
                     let within = Bounds3::around(lo, hi);
                     let mut slots = Vec::new();
+                    let triangle = |key| found.push(key);
+                    let slot = |key| slots.push(key);
+                    // Errors are those of render space, which may be far larger.
                     object
                         .bvh()
-                        .touching(&within, |key| found.push(key), |key| slots.push(key));
+                        .touching(&within, f32::INFINITY, triangle, slot);
                     found.extend(slots);
                 }
                 Motion::Moving(_) => {
                     let swept = self.swept.entry(id).or_insert_with(|| world.swept(id));
-                    swept.touching(bounds, |_| {}, |key| found.push(key));
+                    swept.touching(bounds, f32::INFINITY, |_| {}, |key| found.push(key));
                 }
             }
             near.extend(found.into_iter().map(|key| (items::element_of(key), id)));
