@@ -49,6 +49,11 @@ impl Bounds {
         Ok(Self { directory })
     }
 
+    /// The directory, where it really is, if there is one.
+    pub(super) fn directory(&self) -> Option<&Path> {
+        self.directory.as_ref().map(|(_, real)| real.as_path())
+    }
+
     /// Where a path leads to that may be read or written; says the same of what is outside whether it is there or not.
     ///
     /// # Errors
