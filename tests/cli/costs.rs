@@ -177,6 +177,26 @@ fn many_bright_materials_are_told_of_in_few_lines() {
 }
 
 #[test]
+fn a_bright_material_behind_many_dull_ones_is_told_of() {
+    // Of these it takes nothing to know that they are dull.
+    let dull = times(10_000, |i| {
+        let kd = i as f64 / 2e4;
+        format!("Material \"matte\" \"rgb Kd\" [.1 {kd} .1] Shape \"sphere\"\n")
+    });
+    let bright = "Material \"plastic\" \"rgb Kd\" [1 1 1] Shape \"sphere\"";
+    let room = Room::new();
+    room.put("ball.pbrt", &scene(&(dull + bright)));
+    let report = room.report("check ball.pbrt");
+    let findings = report["findings"].as_array().expect("a list");
+    let is_bright = |finding: &&serde_json::Value| finding["code"] == "bright-material";
+    let bright: Vec<_> = findings.iter().filter(is_bright).collect();
+    assert!(
+        bright.len() == 1 && bright[0]["line"] == 10_005,
+        "{bright:?}"
+    );
+}
+
+#[test]
 fn many_findings_of_a_kind_are_counted_in_the_report() {
     let room = Room::new();
     room.put(
