@@ -127,9 +127,12 @@ impl Bvh {
     }
 
     /// Tells of all triangles and slots that may touch a box: those near it in the hierarchy, some of which do not.
+    /// Triangles whose own boxes do not touch it are left out, if these are widened by so many rounding errors of their
+    /// coordinates; with infinitely many, none are.
     pub fn touching(
         &self,
         bounds: &Bounds3,
+        roundings: f32,
         mut triangle: impl FnMut(Key),
         mut slot: impl FnMut(Key),
     ) {
@@ -146,7 +149,9 @@ impl Bvh {
                 }
                 Target::Triangles(first, count) => {
                     for packet in &self.packets[first..first + count] {
-                        packet.all_keys().for_each(&mut triangle);
+                        packet
+                            .keys_touching(bounds, roundings)
+                            .for_each(&mut triangle);
                     }
                 }
                 Target::Slots(first, count) => {

@@ -221,10 +221,26 @@ impl Packet {
         [self.keys[0][lane], self.keys[1][lane]]
     }
 
-    /// The keys of the triangles there are.
-    pub(super) fn all_keys(&self) -> impl Iterator<Item = Key> {
-        let is_there = |lane: &usize| !self.corners[0][0][*lane].is_nan();
-        (0..N_LANES).filter(is_there).map(|lane| self.key(lane))
+    /// The keys of the triangles whose boxes, widened by so many rounding errors of their coordinates, touch another.
+    pub(super) fn keys_touching(
+        &self,
+        bounds: &Bounds3,
+        roundings: f32,
+    ) -> impl Iterator<Item = Key> {
+        let (lo, hi) = (bounds.min.0.to_array(), bounds.max.0.to_array());
+        let touches = move |&lane: &usize| {
+            let largest = self.corners.as_flattened().iter();
+            let largest = largest.map(|c| c[lane].abs()).fold(0.0, f32::max);
+            let error = roundings * f32::EPSILON * largest;
+            let is_there = !self.corners[0][0][lane].is_nan();
+            is_there
+                && (0..3).all(|axis| {
+                    let [a, b, c] = [0, 1, 2].map(|vertex| self.corners[vertex][axis][lane]);
+                    // An error that is no number leaves nothing out.
+                    !(a.min(b).min(c) - error > hi[axis] || a.max(b).max(c) + error < lo[axis])
+                })
+        };
+        (0..N_LANES).filter(touches).map(|lane| self.key(lane))
     }
 
     /// The corners of a triangle, the coordinates in the order of `axes`.

@@ -373,6 +373,15 @@ pub(super) struct BenchArgs {
     /// Print neither runs nor the page
     #[arg(long)]
     pub(super) quiet: bool,
+
+    /// Read and write nothing outside of DIR
+    #[arg(
+        long_help = "Read and write nothing outside of DIR, wherever links lead: the suite, scenes, references, results, \
+            and pictures while they are measured. Other renderers cannot be held to that: a suite that has any is refused \
+            without --no-peers"
+    )]
+    #[arg(long, value_name = "DIR")]
+    pub(super) confine: Option<PathBuf>,
 }
 
 /// The tree of commands.

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use std::fs::{self, File, Metadata};
 use std::io::{self, Read};
 use std::path::{Path, PathBuf};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 
 use tyndall_parser::source::{SourceBytes, Sources, Spanned};
@@ -46,6 +47,11 @@ impl Bounds {
         };
         let directory = directory.map(resolve).transpose()?;
         Ok(Self { directory })
+    }
+
+    /// The directory, where it really is, if there is one.
+    pub(super) fn directory(&self) -> Option<&Path> {
+        self.directory.as_ref().map(|(_, real)| real.as_path())
     }
 
     /// Where a path leads to that may be read or written; says the same of what is outside whether it is there or not.
@@ -195,13 +201,18 @@ impl Files {
 
     /// Reads a scene file. What the parser would refuse for its length is not read.
     fn read_scene(&self, path: &Path) -> Result<SourceBytes, String> {
-        let bytes = self.read(
-            path,
-            Vec::new(),
-            TOO_LONG - 1,
-            "a scene file may have 4 GiB",
-        )?;
-        Ok(Arc::new(bytes))
+        let room = room_for(&Vec::new(), self.max_memory);
+        let (most, why) = if room < TOO_LONG {
+            (room, TOO_LITTLE_MEMORY)
+        } else {
+            (TOO_LONG - 1, "a scene file may have 4 GiB")
+        };
+        Ok(Arc::new(self.read(path, Vec::new(), most, why)?))
+    }
+
+    /// Whether no memory is left to be taken.
+    pub(super) fn is_exhausted(&self) -> bool {
+        resources::memory_left(self.max_memory) == Some(0)
     }
 
     fn read(&self, path: &Path, buffer: Vec<u8>, most: u64, why: &str) -> Result<Vec<u8>, String> {
@@ -226,7 +237,11 @@ impl Files {
                 if let Some(metadata) = metadata_of_stdin() {
                     self.inputs.add(Path::new(STDIN), &metadata);
                 }
-                (STDIN.to_owned(), PathBuf::new(), read_stdin())
+                (
+                    STDIN.to_owned(),
+                    PathBuf::new(),
+                    read_stdin(self.max_memory),
+                )
             }
             Input::File(path) => {
                 let directory = path.parent().map(Path::to_owned).unwrap_or_default();
@@ -253,6 +268,7 @@ impl Files {
             files: self,
             sources,
             buffers: Buffers::default(),
+            taken: AtomicU64::new(0),
         }
     }
 }
@@ -272,7 +288,12 @@ struct FileAssets<'a> {
     files: &'a Files,
     sources: &'a Sources,
     buffers: Buffers,
+    /// Bytes that were taken since it was last asked how many are left.
+    taken: AtomicU64,
 }
+
+/// Bytes that are taken before it is asked again how many are left.
+const WORTH_ASKING: u64 = 1 << 20;
 
 /// Memory of files that were read and done with, for the next ones: fresh memory from the system takes as long as
 /// reading.
@@ -320,6 +341,17 @@ impl Assets for FileAssets<'_> {
     fn memory_left(&self) -> u64 {
         resources::memory_left(self.files.max_memory).unwrap_or(u64::MAX)
     }
+
+    fn takes(&self, n_bytes: u128) -> bool {
+        let n_bytes = u64::try_from(n_bytes).unwrap_or(u64::MAX).min(WORTH_ASKING);
+        let taken = self.taken.fetch_add(n_bytes, Ordering::Relaxed) + n_bytes;
+        let is_due = taken >= WORTH_ASKING;
+        // Where little is left, all are asked.
+        if is_due && self.memory_left() > WORTH_ASKING {
+            self.taken.store(0, Ordering::Relaxed);
+        }
+        is_due
+    }
 }
 
 /// What standard input is if it is a file.
@@ -356,13 +388,20 @@ fn metadata_of_stdout() -> Option<Metadata> {
     None
 }
 
-/// Reads standard input; of what never ends, as much as the parser refuses.
-fn read_stdin() -> Result<SourceBytes, String> {
+/// Reads standard input; of what never ends, as much as the parser or memory refuses.
+fn read_stdin(max_memory: Option<u64>) -> Result<SourceBytes, String> {
     let mut bytes = Vec::new();
-    let mut input = io::stdin().lock().take(TOO_LONG);
-    input
+    let room = room_for(&bytes, max_memory);
+    let mut input = io::stdin().lock().take(TOO_LONG.min(room));
+    let n_read = input
         .read_to_end(&mut bytes)
         .map_err(|error| reason(&error))?;
+    if n_read as u64 == room && room < TOO_LONG {
+        let length = room >> 20;
+        return Err(format!(
+            "it does not end after {length} MiB: {TOO_LITTLE_MEMORY}"
+        ));
+    }
     Ok(Arc::new(bytes))
 }
 

@@ -30,6 +30,8 @@ use crate::integrator::bdpt::Strategy;
 
 /// Bytes that a pixel takes while it is encoded.
 const ENCODED_BYTES_PER_PIXEL: u128 = 12;
+/// Directives between two looks at the memory that is left.
+const MANY_DIRECTIVES: u64 = 1 << 12;
 /// Address space that a thread takes to start: its stack, and some for what it does first.
 const THREAD_ROOM: usize = 9 << 18;
 /// Threads that are asked about at most: they should all be short of room only where there is hardly any.
@@ -189,12 +191,23 @@ impl<'a> Session<'a> {
         let start = Instant::now();
         let mut builder = Builder::default();
         let mut named = HashSet::new();
+        let (mut n_directives, mut exhausted) = (0_u64, None);
         let take = &mut |directive: Spanned<Directive>| {
             // Most directives name nothing.
             for name in names(&directive) {
                 named.insert((name.clone(), directive.span.file));
             }
-            builder.directive(directive);
+            n_directives += 1;
+            if n_directives % MANY_DIRECTIVES == 0
+                && exhausted.is_none()
+                && self.files.is_exhausted()
+            {
+                exhausted = Some(directive.span);
+            }
+            // What nobody will render takes no more memory.
+            if exhausted.is_none() {
+                builder.directive(directive);
+            }
         };
         let misread = tyndall_parser::parse_each(&mut self.sources, roots, &self.files, take);
         let (description, found) = builder.finish();
@@ -207,6 +220,10 @@ impl<'a> Session<'a> {
         }
         self.report().seconds.parse += seconds_since(start);
         self.judge(misread);
+        if exhausted.is_some() {
+            let why = "what the scene says up to here takes all the memory that there is";
+            return Err(self.stop("too-large", exhausted, why.to_owned()));
+        }
         // Findings about what was not understood would mislead.
         self.go_on()?;
         self.judge(found);

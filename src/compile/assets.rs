@@ -18,18 +18,32 @@ pub trait Assets: Sync {
     fn memory_left(&self) -> u64 {
         u64::MAX
     }
+
+    /// Notes that so much memory will be taken. Whether it is time to ask how much is left: that is work of its own, which
+    /// a million small things need not do each.
+    fn takes(&self, _n_bytes: u128) -> bool {
+        true
+    }
 }
 
 /// Why something is not built for want of memory: the end of a sentence. `None` if there is enough for `n_bytes`.
 pub(super) fn lack_of_memory(n_bytes: u128, assets: &dyn Assets) -> Option<String> {
+    if !assets.takes(n_bytes) {
+        return None;
+    }
     let left = assets.memory_left();
     (n_bytes > left.into()).then(|| {
-        format!(
-            "takes {} MiB of memory, more than the {} MiB that are left",
-            n_bytes >> 20,
-            left >> 20
-        )
+        let [taken, left] = [n_bytes, left.into()].map(memory_size);
+        format!("takes {taken} of memory, more than the {left} that are left")
     })
+}
+
+/// In whole mebibytes, or kibibytes if it is less than one.
+fn memory_size(n_bytes: u128) -> String {
+    match n_bytes >> 20 {
+        0 => format!("{} KiB", n_bytes >> 10),
+        mebibytes => format!("{mebibytes} MiB"),
+    }
 }
 
 /// For scenes that name no files.

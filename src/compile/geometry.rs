@@ -25,15 +25,15 @@ use crate::light::{AreaLight, Light};
 use crate::math::{AnimatedTransform, Motion, MotionChain, Transform};
 use crate::shape::mesh::Linear;
 use crate::shape::{Curves, Mesh, Quadric, Shape};
-use crate::world::{Geometry, Instance, WorldParts};
+use crate::world::{CopiedLamp, Geometry, Instance, LampCopies, WorldParts};
 pub(super) use load::{Loaded, load};
 use load::{LocalObject, LocalShape, MANY_INSTANCES};
 pub(super) use surface::Builders;
 use surface::Surface;
 
 /// Lights from which on no instance adds another: lamps and instances multiply, so that a short scene may ask for any
-/// number. This many take about a gigabyte.
-const MAX_COPIED_LIGHTS: usize = 1 << 21;
+/// number. This many take about two thirds of a gigabyte.
+const MAX_COPIED_LIGHTS: usize = 3 << 20;
 
 /// Elements that are worth a second thread to look at.
 const MANY_ELEMENTS: usize = 1 << 12;
@@ -127,7 +127,7 @@ impl LocalObject {
         let is_still =
             |p: &InstancePlacement| matches!(p.world_from_instance, InstanceMotion::Still(_));
         let all_still = placements.iter().all(is_still);
-        let mut shared = Vec::new();
+        let (mut shared, mut lamps) = (Vec::new(), Vec::new());
         let shapes = self.shapes.into_iter().zip(surfaces);
         for (shape, mut surface) in shapes.filter(|(_, surface)| !surface.is_nothing()) {
             let emits = surface.emission.is_some();
@@ -146,9 +146,12 @@ impl LocalObject {
                         continue;
                     }
                     let mut copies = Copies::default();
+                    let first_light = parts.lights.len();
+                    let mut n_copies = placements.len();
                     for (n_placed, placement) in placements.iter().enumerate() {
                         let n_lights = parts.lights.len() + copies.n_elements();
                         if emits && n_placed > 0 && n_lights >= MAX_COPIED_LIGHTS {
+                            n_copies = n_placed;
                             let n_left = placements.len() - n_placed;
                             let message = format!(
                                 "instances make more than {MAX_COPIED_LIGHTS} lights, each of them a light by itself"
@@ -179,6 +182,15 @@ impl LocalObject {
                         origins.note(entity);
                         add(parts, rest, &surface, entity, diagnostics);
                     }
+                    if emits && !only_one {
+                        // Copies follow each other, whether or not they are of one mesh.
+                        let n_elements = (parts.lights.len() - first_light) / n_copies;
+                        let first_of = |copy| LightId::new(first_light + copy * n_elements);
+                        lamps.push(CopiedLamp {
+                            n_elements: n_elements as u32,
+                            first_lights: (0..n_copies).map(first_of).collect(),
+                        });
+                    }
                 }
                 still => {
                     if surface.emission.take().is_some() {
@@ -195,6 +207,14 @@ impl LocalObject {
                     }
                 }
             }
+        }
+        if !lamps.is_empty() {
+            let affine = |placement: &InstancePlacement| *placement.start().affine();
+            let place = |placement| space.affine() * affine(placement);
+            parts.lamp_copies.push(LampCopies {
+                render_from_object: placements.iter().map(place).collect(),
+                shapes: lamps,
+            });
         }
         if !shared.is_empty() {
             instantiate(shared, placements, space, (parts, origins), diagnostics);

@@ -28,8 +28,8 @@ const BRIGHTEST: f64 = 1.01;
 const LOOKED_AT_ONCE: usize = 64;
 /// Bright materials from which on no others are looked for: that takes a millisecond for each.
 const ENOUGH_BRIGHT: usize = 50;
-/// Materials that are looked at at most.
-const ENOUGH_SEEN: usize = 1 << 13;
+/// Directions that are drawn at most, all materials together: some tenths of a second.
+const ENOUGH_DRAWN: u64 = 1 << 21;
 
 /// The materials of a frame on their way into the world.
 pub(super) struct MaterialBuilder {
@@ -186,16 +186,18 @@ impl MaterialBuilder {
         spans.sort_unstable_by_key(|(id, _)| *id);
         let mut n_bright = 0;
         let mut n_seen = 0;
+        let mut n_drawn = 0;
         for some in spans.chunks(LOOKED_AT_ONCE) {
-            if n_bright >= ENOUGH_BRIGHT || n_seen >= ENOUGH_SEEN {
+            if n_bright >= ENOUGH_BRIGHT || n_drawn >= ENOUGH_DRAWN {
                 break;
             }
             n_seen += some.len();
-            let albedos: Vec<Option<f64>> = some
+            let albedos: Vec<(Option<f64>, u32)> = some
                 .par_iter()
                 .map(|(id, _)| self.built.albedo_above(*id, BRIGHTEST))
                 .collect();
-            for (albedo, (_, span)) in albedos.into_iter().zip(some) {
+            for ((albedo, drawn), (_, span)) in albedos.into_iter().zip(some) {
+                n_drawn += u64::from(drawn);
                 if let Some(albedo) = albedo {
                     n_bright += 1;
                     diagnostics.push(bright_material(*span, albedo));

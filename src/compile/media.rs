@@ -4,7 +4,7 @@ use glam::{DAffine3, DVec3};
 use tyndall_parser::diagnostic::{Diagnostic, Diagnostics};
 use tyndall_parser::schema::Family;
 
-use crate::compile::assets::Assets;
+use crate::compile::assets::{Assets, lack_of_memory};
 use crate::compile::reader::ParamReader;
 use crate::compile::space::{self, RenderSpace};
 use crate::compile::{lookup, spectra};
@@ -17,6 +17,9 @@ use crate::medium::presets::preset;
 use crate::medium::{DensityGrid, GridMedium, Homogeneous, Medium};
 use crate::scatter::HenyeyGreenstein;
 use crate::spectrum::Rgb;
+
+/// Memory that a value of a grid takes beside the parameter: in the lattice, and its part of the bounds.
+const BYTES_PER_VOXEL: u128 = 5;
 
 /// The media of a frame on their way into the world.
 pub(super) struct Media<'a> {
@@ -153,6 +156,15 @@ impl<'a> Media<'a> {
             diagnostics.push(
                 Diagnostic::error("grid-too-long", density_span, message)
                     .with_label("vacuum is used"),
+            );
+            return None;
+        }
+        // The lattice has a border of its own, which counts where a grid is thin; bounds of its cells are few.
+        let n_padded: u128 = n.iter().map(|&n| n as u128 + 2).product();
+        if let Some(lack) = lack_of_memory(n_padded * BYTES_PER_VOXEL, self.assets) {
+            let message = format!("a grid of {} x {} x {} {lack}", n[0], n[1], n[2]);
+            diagnostics.push(
+                Diagnostic::error("too-large", density_span, message).with_label("vacuum is used"),
             );
             return None;
         }

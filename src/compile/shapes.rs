@@ -86,9 +86,9 @@ pub(super) fn read_shape(
             ply_mesh(&mut p, keeps_faces, assets).map(Local::Mesh)
         }
         "loopsubdiv" => surfaces::subdivision(&mut p, assets).map(Local::Mesh),
-        "heightfield" => surfaces::heightfield(&mut p).map(Local::Mesh),
-        "nurbs" => surfaces::nurbs(&mut p).map(Local::Mesh),
-        "curve" => curves::curve(&mut p).map(Local::Curves),
+        "heightfield" => surfaces::heightfield(&mut p, assets).map(Local::Mesh),
+        "nurbs" => surfaces::nurbs(&mut p, assets).map(Local::Mesh),
+        "curve" => curves::curve(&mut p, assets).map(Local::Curves),
         name => {
             let what = format!("the shape \"{name}\"");
             p.report(unsupported(&what, kind_span, INSTEAD));

@@ -133,6 +133,22 @@ impl Node {
     }
 }
 
+impl Emitter {
+    /// One that stands for all of some; `None` for none.
+    pub fn around(emitters: &[Self]) -> Option<Self> {
+        let all = emitters.iter().map(Cluster::of).reduce(Cluster::union)?;
+        let (axis, spread) = all.cone?;
+        Some(Self {
+            bounds: all.bounds,
+            axis,
+            spread,
+            reach: all.reach,
+            two_sided: all.two_sided,
+            intensity: all.intensity,
+        })
+    }
+}
+
 impl LightTree {
     /// Over emitters with finite, non-empty bounds. `None` if there are none, or too many.
     pub fn new(emitters: &[Emitter]) -> Option<Self> {
@@ -176,9 +192,9 @@ impl LightTree {
         }
     }
 
-    /// Chooses an emitter by `u` in [0, 1): its index and probability, positive.
+    /// Chooses an emitter by `u` in [0, 1): its index and probability, positive, and what is left of `u`, in [0, 1).
     #[inline]
-    pub fn choose(&self, p: Point3, ng: Normal3, u: f64) -> (usize, f32) {
+    pub fn choose(&self, p: Point3, ng: Normal3, u: f64) -> (usize, f32, f64) {
         // 0 would lead to where all shares are small, and their product to 0.
         let mut u = u.max(LEAST_U);
         let mut node = &self.nodes[0];
@@ -198,7 +214,7 @@ impl LightTree {
             }
             u = u.min(1.0 - f64::EPSILON);
         }
-        ((node.bits & INDEX) as usize, pmf)
+        ((node.bits & INDEX) as usize, pmf, u)
     }
 
     /// Probability with which [`LightTree::choose`] finds an emitter.
@@ -532,7 +548,7 @@ mod tests {
                 let edges = [0.0, 1e-300, 0.5, 1.0 - f64::EPSILON / 2.0];
                 let random = (0..1000).map(|_| rng.uniform_fine());
                 for u in edges.into_iter().chain(random) {
-                    let (lamp, chosen) = tree.choose(p, ng, u);
+                    let (lamp, chosen, _) = tree.choose(p, ng, u);
                     let known = tree.pmf(p, ng, lamp);
                     assert!(chosen > 0.0, "{name}, {p:?}: {u}");
                     assert!(

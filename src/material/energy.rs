@@ -9,10 +9,10 @@ use crate::texture::{Source, TextureContext, Textures};
 
 /// Cosines of the directions that are looked from.
 const COSINES: [f32; 3] = [1.0, 0.5, 0.1];
-/// Directions drawn for a first look, which most materials pass.
-const FIRST_LOOK: u32 = 32;
+/// Directions drawn for each look: most materials pass the first, nearly all of the others the next.
+const LOOKS: [u32; 3] = [32, 128, 512];
 /// Directions drawn for certainty.
-const SECOND_LOOK: u32 = 2048;
+const LAST_LOOK: u32 = 2048;
 /// Standard errors that are certainty.
 const SIGMAS: f64 = 4.0;
 
@@ -26,19 +26,25 @@ struct Albedo {
 impl Materials {
     /// The largest directional albedo found among a few directions and all channels, if it is certainly above `most`.
     /// Only materials that are the same everywhere are looked at, and what their surface scatters at once.
-    pub fn albedo_above(&self, id: MaterialId, most: f64) -> Option<f64> {
+    /// With it, how many directions were drawn.
+    pub fn albedo_above(&self, id: MaterialId, most: f64) -> (Option<f64>, u32) {
         if !self.is_uniform(id) || self.scatters_at_most(id, most) {
-            return None;
+            return (None, 0);
         }
+        let mut n_drawn = 0;
         let largest = COSINES.map(|cos| {
-            let first = self.albedo(id, cos, FIRST_LOOK);
-            if first.mean + SIGMAS * first.standard_error <= most {
-                return None;
+            for n in LOOKS {
+                n_drawn += n;
+                let look = self.albedo(id, cos, n);
+                if look.mean + SIGMAS * look.standard_error <= most {
+                    return None;
+                }
             }
-            let second = self.albedo(id, cos, SECOND_LOOK);
-            (second.mean - SIGMAS * second.standard_error > most).then_some(second.mean)
+            n_drawn += LAST_LOOK;
+            let last = self.albedo(id, cos, LAST_LOOK);
+            (last.mean - SIGMAS * last.standard_error > most).then_some(last.mean)
         });
-        largest.into_iter().flatten().reduce(f64::max)
+        (largest.into_iter().flatten().reduce(f64::max), n_drawn)
     }
 
     /// Whether the coefficients of all lobes together are at most `most`: nothing need be drawn to know that.

@@ -21,7 +21,7 @@ use crate::shape::Mesh;
 use crate::shape::heightfield::grid_triangles;
 
 /// Vertices along each side of a diced patch.
-const N_DICED: usize = 30;
+pub const N_DICED: usize = 30;
 
 /// One direction of a patch.
 #[derive(Clone, Debug)]

@@ -9,7 +9,7 @@ use std::cmp::Ordering;
 use crate::ids::LightId;
 use crate::light::Light;
 use crate::math::{Point3, Vec3};
-use crate::world::{Geometry, WorldParts};
+use crate::world::{Geometry, LampCopies, WorldParts};
 
 /// Direction along which nothing is laid out on purpose.
 const OBLIQUE: [f64; 3] = [0.532_017, 0.411_983, 0.739_741];
@@ -65,6 +65,13 @@ impl WorldParts {
             if geometry.first_light.is_some() {
                 geometry.first_light = new[geometry.first_light.index()];
             }
+        }
+        for first in self
+            .lamp_copies
+            .iter_mut()
+            .flat_map(LampCopies::first_lights_mut)
+        {
+            *first = new[first.index()];
         }
         new
     }

@@ -8,6 +8,7 @@ pub mod cutout;
 pub mod emission;
 pub mod instance;
 mod items;
+mod lamp_copies;
 pub mod lamps;
 mod light_order;
 pub mod lighting;
@@ -38,6 +39,7 @@ pub use cutout::Cutout;
 pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
 use items::Slot;
+pub use lamp_copies::{CopiedLamp, LampCopies};
 pub use lamps::{Halves, LampPoint};
 pub use lighting::{LightSample, Receiver};
 pub use media::{MediumInterface, ShadowTally};
@@ -143,6 +145,8 @@ pub struct WorldParts {
     pub light_media: Vec<MediumId>,
     /// How often each light is sampled where every light is; once those beyond the last.
     pub light_samples: Vec<u32>,
+    /// Lamps that stand in the world as copies of each other: they are chosen among by one tree for all copies.
+    pub lamp_copies: Vec<LampCopies>,
     /// Medium around the camera.
     pub camera_medium: MediumId,
     /// How a light is chosen.
@@ -313,7 +317,7 @@ impl World {
         world.stacks = world.find_stacks().map(Box::new);
         world.view_radius = world.bounding_sphere().1;
         world.horizon = (2.0 * world.view_radius) as f32;
-        world.light_selection = world.light_selection(parts.light_strategy);
+        world.light_selection = world.light_selection(parts.light_strategy, &parts.lamp_copies);
         if world.facts.has_points_in_fog {
             world.point_choice = world.point_choice();
         }
@@ -345,7 +349,7 @@ impl World {
         // By powers of two, so that rounding does not change it.
         self.view_radius = power_of_two_near(radius);
         if self.light_strategy == LightStrategy::Power {
-            self.light_selection = self.light_selection(self.light_strategy);
+            self.light_selection = self.light_selection(self.light_strategy, &[]);
         }
     }
 

@@ -15,7 +15,8 @@ use crate::light::{AreaLight, Emitter, Light, LightChoice, LightTree};
 use crate::math::{Bounds3, Point3, Vec3};
 use crate::shape::{Emission, Shape};
 use crate::spectrum::Rgb;
-use crate::world::{Receiver, World};
+use crate::world::lamp_copies::SharedTrees;
+use crate::world::{LampCopies, Receiver, World};
 
 /// How a light is chosen.
 #[derive(Clone, Copy, PartialEq, Eq, Debug, Default)]
@@ -39,12 +40,15 @@ pub(super) struct LightSelection {
 
 #[derive(Clone, Debug)]
 struct Tree {
+    /// Over lamps that stand by themselves, then copies of others.
     tree: LightTree,
-    /// The light of each emitter.
+    /// See [`SharedTrees`].
+    copies: SharedTrees,
+    /// The lights with a place: one for each emitter, then those of the copies.
     near: Vec<LightId>,
     /// The light of each entry of the table.
     far: Vec<LightId>,
-    /// For each light its emitter or, with [`FAR`], its entry.
+    /// For each light its place in `near` or, with [`FAR`], its entry.
     places: Vec<u32>,
     /// Irradiance from infinity over the sum of the intensities of the others, per square of a render-space length.
     far_irradiance: f32,
@@ -53,6 +57,9 @@ struct Tree {
 }
 
 const FAR: u32 = 1 << 31;
+/// In the place of lights whose place is found later: as copies, or at all.
+const COPIED: u32 = u32::MAX - 1;
+const NOWHERE: u32 = u32::MAX;
 /// Share of the mean power that a light counts at least: colours with negative channels may have none.
 const MIN_POWER: f64 = 1e-6;
 /// Part of the choice between the lights with a place and those at infinity that is made evenly among sources: what hides
@@ -72,8 +79,9 @@ impl LightSelection {
         let share = tree.share_at(at);
         let split = f64::from(share);
         if u < split {
-            let (emitter, pmf) = tree.tree.choose(at.p, at.ng, u / split);
-            Some((tree.near[emitter], share * pmf))
+            let (emitter, pmf, rest) = tree.tree.choose(at.p, at.ng, u / split);
+            let (place, within) = tree.copies.choose(emitter, at, rest);
+            Some((tree.near[place], share * pmf * within))
         } else {
             let (entry, pmf) = self.table.sample((u - split) / (1.0 - split))?;
             Some((tree.far[entry], (1.0 - share) * pmf))
@@ -89,7 +97,8 @@ impl LightSelection {
         let place = tree.places[light.index()];
         let share = tree.share_at(at);
         if place & FAR == 0 {
-            share * tree.tree.pmf(at.p, at.ng, place as usize)
+            let (emitter, within) = tree.copies.pmf(place as usize, at);
+            share * tree.tree.pmf(at.p, at.ng, emitter) * within
         } else {
             (1.0 - share) * self.table.pmf((place & !FAR) as usize)
         }
@@ -158,10 +167,14 @@ impl World {
     }
 
     /// The choice by a strategy.
-    pub(super) fn light_selection(&self, strategy: LightStrategy) -> LightSelection {
+    pub(super) fn light_selection(
+        &self,
+        strategy: LightStrategy,
+        copies: &[LampCopies],
+    ) -> LightSelection {
         let tree = match strategy {
             LightStrategy::Uniform | LightStrategy::Power => None,
-            LightStrategy::Spatial => self.tree_selection(),
+            LightStrategy::Spatial => self.tree_selection(copies),
         };
         tree.unwrap_or_else(|| LightSelection::fixed(&self.light_weights(strategy)))
     }
@@ -200,36 +213,45 @@ impl World {
     }
 
     /// With a tree; `None` where a fixed choice is as good.
-    fn tree_selection(&self) -> Option<LightSelection> {
+    fn tree_selection(&self, copies: &[LampCopies]) -> Option<LightSelection> {
+        let sharing = self.share_lamps(copies);
         let mut emitters = Vec::new();
         let (mut near, mut far) = (Vec::new(), Vec::new());
-        let mut places = Vec::with_capacity(self.lights.len());
+        let mut places = vec![NOWHERE; self.lights.len()];
         // What those at infinity bring to a receiver, and what others emit.
         let (mut irradiances, mut intensities) = (Vec::new(), vec![0.0; self.lights.len()]);
+        for &(copied, intensity) in &sharing.lights {
+            places[copied.index()] = COPIED;
+            intensities[copied.index()] = intensity;
+        }
         for (index, light) in self.lights.iter().enumerate() {
+            if places[index] == COPIED {
+                continue;
+            }
             let id = LightId::new(index);
             match self.emitter(light) {
                 Some(emitter) => {
-                    places.push(near.len() as u32);
+                    places[index] = near.len() as u32;
                     intensities[index] = emitter.intensity;
                     emitters.push(emitter);
                     near.push(id);
                 }
                 None => {
-                    places.push(far.len() as u32 | FAR);
+                    places[index] = far.len() as u32 | FAR;
                     irradiances.push(irradiance(light).max(0.0));
                     far.push(id);
                 }
             }
         }
-        if far.is_empty() && near.len() < 2 {
+        emitters.extend(&sharing.emitters);
+        if far.is_empty() && emitters.len() < 2 {
             return None;
         }
         let (_, n_near) = self.sources(&intensities);
         let n_far = irradiances.iter().filter(|e| **e > 0.0).count();
         let n_sources = (n_near + n_far).max(1);
         let far_total: f64 = irradiances.iter().sum();
-        let near_total: f64 = intensities.iter().sum();
+        let near_total: f64 = emitters.iter().map(|emitter| emitter.intensity).sum();
         let least = MIN_POWER / far.len().max(1) as f64;
         let far_weights: Vec<f64> = irradiances
             .iter()
@@ -238,14 +260,20 @@ impl World {
                 (e / far_total.max(f64::MIN_POSITIVE) + evenly).max(least)
             })
             .collect();
-        if near.is_empty() {
+        if emitters.is_empty() {
             return Some(LightSelection::fixed(&far_weights));
+        }
+        let n_alone = near.len();
+        for &(copied, _) in &sharing.lights {
+            places[copied.index()] = near.len() as u32;
+            near.push(copied);
         }
         let far_irradiance = far_total / near_total.max(f64::MIN_POSITIVE);
         Some(LightSelection {
             table: LightChoice::new(&far_weights),
             tree: Some(Tree {
                 tree: LightTree::new(&emitters)?,
+                copies: sharing.behind(n_alone),
                 near,
                 far,
                 places,
@@ -256,7 +284,7 @@ impl World {
     }
 
     /// Where a light is and whereto it shines; `None` at infinity, and for elements without area.
-    fn emitter(&self, light: &Light) -> Option<Emitter> {
+    pub(super) fn emitter(&self, light: &Light) -> Option<Emitter> {
         let at_point = |p: Point3, (axis, spread): (Vec3, f32), intensity: f64| Emitter {
             bounds: Bounds3::EMPTY.with_point(p),
             axis,

@@ -308,3 +308,48 @@ fn the_manual_names_every_option_and_every_field_of_the_report() {
         assert!(is_named, "docs/cli.md lacks {name}");
     }
 }
+
+#[test]
+fn a_suite_can_be_confined_but_not_other_renderers() {
+    let room = Room::new();
+    room.put("in/noisy.pbrt", &noisy_ball(0.5));
+    room.run("--quiet --outfile in/reference.exr in/noisy.pbrt")
+        .ends_with(0);
+    room.put("in/suite.toml", &format!("spp = [1, 4]\n{SCENE}"));
+    let line = "bench in/suite.toml --confine in --quiet";
+    room.run(&format!("{line} --outdir in/out")).ends_with(0);
+    assert!(room.path("in/out/report.json").exists());
+    let list = room.list();
+    room.run(&format!("{line} --outdir out"))
+        .ends_with(1)
+        .says("cannot write to \"out\": it is outside of \"in\"");
+    room.run(&format!("{line} --outdir in/out --json r.json"))
+        .ends_with(1)
+        .says("it is outside of \"in\"");
+    room.put(
+        "in/far.toml",
+        &format!("spp = [1]\n{}", SCENE.replace("noisy", "../ball")),
+    );
+    room.run("bench in/far.toml --confine in --outdir in/out")
+        .ends_with(1)
+        .says("ball.pbrt\": it is outside of \"in\"");
+    room.put("far.toml", &format!("spp = [1]\n{SCENE}"));
+    room.run("bench far.toml --confine in --outdir in/out")
+        .ends_with(1)
+        .says("cannot read \"far.toml\": it is outside of \"in\"");
+    // What a scene includes is looked at by the program that renders it.
+    let reading = noisy_ball(0.5).replace("WorldEnd", "Include \"../x.pbrt\"\nWorldEnd");
+    room.put("in/noisy.pbrt", &reading);
+    room.put("x.pbrt", "Shape \"sphere\"\n");
+    room.run(&format!("{line} --outdir in/out")).ends_with(3);
+    let report = String::from_utf8(room.read("in/out/report.json")).expect("text");
+    assert!(report.contains("it is outside of"), "{report}");
+    let peers = format!("spp = [1]\n{SCENE}{}", peer("other", "noisy.pbrt"));
+    room.put("in/suite.toml", &peers);
+    room.run(&format!("{line} --outdir in/out"))
+        .ends_with(1)
+        .says("--confine holds no other renderers: leave them out with --no-peers");
+    room.run(&format!("{line} --outdir in/out --no-peers"))
+        .ends_with(3);
+    assert_eq!(room.list().len(), list.len() + 2);
+}

@@ -273,9 +273,14 @@ fn nothing_outside_of_a_directory_is_read_or_written() {
     ] {
         let scene = ball("WorldEnd", &format!("Include \"{path}\"\nWorldEnd"));
         room.put("in/bad.pbrt", &scene);
-        let run = room.run("check --confine in in/bad.pbrt").ends_with(3);
-        let run = run.says("it is outside of \"in\"");
-        assert!(!run.stderr.contains("the secret"), "{}", run.stderr);
+        for command in ["check", "cat"] {
+            let run = room
+                .run(&format!("{command} --confine in in/bad.pbrt"))
+                .ends_with(3);
+            let run = run.says("it is outside of \"in\"");
+            let said = format!("{}{}", run.stdout, run.stderr);
+            assert!(!said.contains("the secret"), "{command}: {said}");
+        }
     }
     for path in ["../secret.ply", "link.ply", "up/secret.ply"] {
         let mesh = format!("Shape \"plymesh\" \"string filename\" \"{path}\"\nWorldEnd");
@@ -292,6 +297,8 @@ fn nothing_outside_of_a_directory_is_read_or_written() {
         "--confine in in/ball.pbrt --json r.json",
         "--confine in ball.pbrt",
         "--confine in secret.pbrt",
+        "cat --confine in secret.pbrt",
+        "check --confine in secret.pbrt",
     ] {
         room.run(line).ends_with(1).says("it is outside of \"in\"");
     }

@@ -58,9 +58,10 @@ fn lamps(n_lamps: usize, n_instances: usize) -> String {
 const UNSEEN_MEBIBYTES: f64 = 64.0;
 
 #[test]
+#[expect(clippy::print_stderr, reason = "how much it was is worth reading")]
 fn twice_the_input_costs_twice_as_much() {
     type Kind = (&'static str, usize, fn(usize) -> String);
-    let kinds: [Kind; 8] = [
+    let kinds: [Kind; 13] = [
         ("unknown parameters", 20_000, |n| {
             scene(&format!(
                 "Shape \"sphere\" {}",
@@ -81,6 +82,35 @@ fn twice_the_input_costs_twice_as_much() {
         }),
         ("unknown names", 20_000, |n| {
             scene(&times(n, |i| format!("NamedMaterial \"m{i}\"\n")))
+        }),
+        ("includes", 5_000, |n| {
+            scene(&times(n, |_| "Include \"sphere.pbrt\"\n".into()))
+        }),
+        ("named materials", 10_000, |n| {
+            scene(&times(n, |i| {
+                let made = format!("MakeNamedMaterial \"m{i}\" \"string type\" \"matte\"");
+                format!("{made} NamedMaterial \"m{i}\" Shape \"sphere\"\n")
+            }))
+        }),
+        ("instances", 50_000, |n| {
+            let instance = |i| format!("Translate 1 {} 0 ObjectInstance \"o\"\n", i % 7);
+            let object = "ObjectBegin \"o\" Shape \"sphere\" ObjectEnd\n";
+            scene(&(object.to_owned() + &times(n, instance)))
+        }),
+        ("curves", 10_000, |n| {
+            scene(&times(n, |i| {
+                format!("Shape \"curve\" \"point P\" [{i} 0 0  {i} 1 0  {i} 1 1  {i}.5 2 1]\n")
+            }))
+        }),
+        ("voxels", 500_000, |n| {
+            let grid = format!(
+                "MakeNamedMedium \"m\" \"string type\" \"heterogeneous\" \"integer nx\" 10 \"integer ny\" 10 \
+                 \"integer nz\" {} \"float density\" [{}]",
+                n / 100,
+                times(n, |i| format!(".{} ", i % 10))
+            );
+            let scene = scene(&(grid + "\nMediumInterface \"m\" \"\" Shape \"sphere\""));
+            scene.replace("WorldBegin", "Integrator \"volpath\" WorldBegin")
         }),
         ("lamps in instances", 100, |n| lamps(100, 4 * n)),
         ("bright materials", 2_000, |n| {
@@ -103,6 +133,7 @@ fn twice_the_input_costs_twice_as_much() {
         }),
     ];
     let room = Room::new();
+    room.put("sphere.pbrt", "Shape \"sphere\"\n");
     let [idle_seconds, idle_mebibytes] = cost(&room, &scene("Shape \"sphere\""));
     let mut table = String::new();
     let mut is_right = true;
@@ -119,6 +150,7 @@ fn twice_the_input_costs_twice_as_much() {
         )
         .expect("memory is there");
     }
+    eprintln!("{table}");
     assert!(is_right, "\n{table}");
 }
 
@@ -142,6 +174,26 @@ fn many_bright_materials_are_told_of_in_few_lines() {
     assert!((50..=128).contains(&of_kind.len()), "{}", of_kind.len());
     let last = of_kind.last().expect("some").to_string();
     assert!(last.contains("were not looked at"), "{last}");
+}
+
+#[test]
+fn a_bright_material_behind_many_dull_ones_is_told_of() {
+    // Of these it takes nothing to know that they are dull.
+    let dull = times(10_000, |i| {
+        let kd = i as f64 / 2e4;
+        format!("Material \"matte\" \"rgb Kd\" [.1 {kd} .1] Shape \"sphere\"\n")
+    });
+    let bright = "Material \"plastic\" \"rgb Kd\" [1 1 1] Shape \"sphere\"";
+    let room = Room::new();
+    room.put("ball.pbrt", &scene(&(dull + bright)));
+    let report = room.report("check ball.pbrt");
+    let findings = report["findings"].as_array().expect("a list");
+    let is_bright = |finding: &&serde_json::Value| finding["code"] == "bright-material";
+    let bright: Vec<_> = findings.iter().filter(is_bright).collect();
+    assert!(
+        bright.len() == 1 && bright[0]["line"] == 10_005,
+        "{bright:?}"
+    );
 }
 
 #[test]
@@ -213,8 +265,13 @@ fn what_exceeds_the_memory_is_refused_in_place() {
     );
     assert_eq!(refusal(&room, "100M", 3).0, "too-large");
 
-    room.put("ball.pbrt", &lamps(1, 300_000));
-    assert_eq!(refusal(&room, "60M", 3).0, "too-large");
+    let triangles = "0 1 2 ".repeat(2000);
+    room.put("ball.pbrt", &lamps(1, 300).replace("0 1 2", &triangles));
+    let (code, message) = refusal(&room, "100M", 3);
+    assert!(
+        code == "too-large" && message.starts_with("a light in 300 instances"),
+        "{message}"
+    );
 
     room.put(
         "ball.pbrt",
@@ -241,6 +298,70 @@ fn what_exceeds_the_memory_is_refused_in_place() {
         &scene("Shape \"plymesh\" \"string filename\" \"far.ply\""),
     );
     assert_eq!(refusal(&room, "60M", 3).0, "bad-ply");
+}
+
+#[test]
+fn scenes_that_exceed_the_memory_are_refused_in_place() {
+    let room = Room::new();
+    let refused = |world: &str, memory: &str, status: i64| {
+        room.put("ball.pbrt", &scene(world));
+        refusal(&room, memory, status)
+    };
+    let far = std::fs::File::create(room.path("far.pbrt")).expect("a file");
+    far.set_len(1 << 28).expect("a file system with holes");
+    let (_, message) = refused("Include \"far.pbrt\"", "100M", 3);
+    assert!(message.contains("not so much memory"), "{message}");
+
+    let spheres = times(200_000, |_| "Shape \"sphere\"\n".into());
+    let (code, message) = refused(&spheres, "50M", 1);
+    assert!(
+        code == "too-large" && message.contains("up to here"),
+        "{message}"
+    );
+
+    let points = "0 1 2 ".repeat(400_000);
+    let curve = format!("Shape \"curve\" \"string basis\" \"bspline\" \"point P\" [{points}]");
+    let knots = "0 0 0 0 1 1 1 1";
+    let control = times(16, |i| format!("{} {} 0 ", i % 4, i / 4));
+    let patch = format!(
+        "Shape \"nurbs\" \"integer nu\" 4 \"integer nv\" 4 \"integer uorder\" 4 \"integer vorder\" 4 \
+         \"float uknots\" [{knots}] \"float vknots\" [{knots}] \"point P\" [{control}]\n"
+    );
+    let heights = format!(
+        "Shape \"heightfield\" \"integer nu\" 1500 \"integer nv\" 1000 \"float Pz\" [{}]",
+        "1 ".repeat(1_500_000)
+    );
+    // Thin: its border is eight times as large as it is.
+    let grid = format!(
+        "MakeNamedMedium \"m\" \"string type\" \"heterogeneous\" \"integer nz\" 2000000 \"float density\" [{}]\n\
+         MediumInterface \"m\" \"\" Shape \"sphere\"",
+        "1 ".repeat(2_000_000)
+    );
+    for (what, world, status) in [
+        ("a curve of 400000", curve, 3),
+        // As many as fit leave no memory for a hierarchy of them.
+        ("a mesh of 900 vertices", patch.repeat(3000), 1),
+        ("a mesh of 1500000 vertices", heights, 3),
+        ("a grid of 1 x 1 x 2000000", grid, 3),
+    ] {
+        let scene = scene(&world).replace("WorldBegin", "Integrator \"volpath\" WorldBegin");
+        room.put("ball.pbrt", &scene);
+        let (code, message) = refusal(&room, "80M", status);
+        assert!(
+            code == "too-large" && message.starts_with(what),
+            "{what}: {code}: {message}"
+        );
+        room.run("check --max-memory 2G ball.pbrt").ends_with(0);
+    }
+
+    // All that is small is refused once there is no room, not one in many.
+    room.put("ball.pbrt", &scene(&patch.repeat(3000)));
+    let report = room.report("check --max-memory 80M ball.pbrt");
+    assert!(
+        report["counts"]["errors"].as_u64() > Some(1000),
+        "{}",
+        report["counts"]
+    );
 }
 
 #[test]

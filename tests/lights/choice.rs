@@ -55,9 +55,48 @@ const OTHERS: &str = "LightSource \"distant\" \"rgb L\" [.2 .2 .2] \"point from\
          AttributeBegin Translate -.3 .3 .5 Scale 1 2 1 LightSource \"projection\" \"rgb I\" [.1 .1 .1] AttributeEnd\n\
          AttributeBegin Translate .3 -.3 .5 LightSource \"goniometric\" \"string mapname\" \"a.pfm\" \"rgb I\" [.1 .1 .1] AttributeEnd\n";
 
-fn world(strategy: &str, n: usize) -> World {
+/// Where copies of some lamps are: turned, mirrored, small, large, squeezed, sheared and far away.
+const PLACES: [&str; 9] = [
+    "Translate .3 .2 .1 Scale .3 .3 .3",
+    "Translate -.4 .3 .2 Rotate 70 1 2 3 Scale .3 .3 .3",
+    "Translate .2 -.4 .2 Rotate 200 3 -1 2 Scale .2 .2 -.2",
+    "Translate -.3 -.3 .3 Scale -.5 .5 .5 Rotate 40 0 1 1",
+    "Translate .5 .5 .1 Scale .01 .01 .01",
+    "Translate 0 .1 .4 Rotate 30 1 1 0 Scale .1 .4 .2",
+    "Translate .1 -.1 .3 Scale -.4 .1 .1",
+    "Translate -.1 -.2 .6 ConcatTransform [.2 0 0 0  .1 .2 0 0  0 0 .2 0  0 0 0 1]",
+    "Translate 30 -20 40 Scale 9 9 9",
+];
+
+/// Some of the places: those of copies that are similar to each other.
+fn similar() -> Vec<&'static str> {
+    let (similar, others) = PLACES.split_at(5);
+    [similar, &others[3..]].concat()
+}
+
+/// The same lamps at each of some places, as copies of an object or each by itself.
+fn copies(n: usize, places: &[&str], are_instances: bool) -> String {
+    let lamps = emitters(n);
+    let at = |what: &str| -> String {
+        let place = |place: &&str| format!("AttributeBegin {place}\n{what} AttributeEnd\n");
+        places.iter().map(place).collect()
+    };
+    if are_instances {
+        let object = format!("ObjectBegin \"lamps\"\n{lamps}ObjectEnd\n");
+        object + &at("ObjectInstance \"lamps\"")
+    } else {
+        at(&lamps)
+    }
+}
+
+fn world(strategy: &str, lamps: &str) -> World {
     let map = picture(16, 8, |x, y| 0.2 + ((3 * x + 5 * y) % 7) as f32);
-    world_of(strategy, &(OTHERS.to_owned() + &emitters(n)), Some(&map))
+    world_of(strategy, &(OTHERS.to_owned() + lamps), Some(&map))
+}
+
+/// Lamps by themselves, and copies.
+fn lamps(n: usize) -> [String; 2] {
+    [emitters(n), copies(n.div_ceil(PLACES.len()), &PLACES, true)]
 }
 
 fn receivers(n: usize) -> Vec<Receiver> {
@@ -89,8 +128,12 @@ fn is_same(a: f32, b: f32) -> bool {
 #[test]
 fn probabilities_sum_to_one_and_are_what_is_chosen() {
     const N: usize = 100_000;
-    for strategy in STRATEGIES {
-        let world = world(strategy, 100);
+    let kinds = lamps(100);
+    for (strategy, lamps) in STRATEGIES
+        .iter()
+        .flat_map(|s| kinds.iter().map(move |l| (*s, l)))
+    {
+        let world = world(strategy, lamps);
         for at in receivers(12) {
             let pmfs: Vec<f64> = (0..world.n_lights())
                 .map(|i| world.light_pmf(&at, LightId::new(i)).into())
@@ -127,8 +170,12 @@ fn probabilities_sum_to_one_and_are_what_is_chosen() {
 #[test]
 fn a_light_that_can_contribute_can_be_chosen() {
     let mut random = Uniform::new(31);
-    for strategy in STRATEGIES {
-        let world = world(strategy, 400);
+    let kinds = lamps(400);
+    for (strategy, lamps) in STRATEGIES
+        .iter()
+        .flat_map(|s| kinds.iter().map(move |l| (*s, l)))
+    {
+        let world = world(strategy, lamps);
         for at in receivers(60) {
             for i in 0..world.n_lights() {
                 let light = LightId::new(i);
@@ -179,7 +226,7 @@ fn every_strategy_finds_the_sum_over_all_lights() {
     let mut random = Uniform::new(41);
     for at in receivers(8) {
         let exhaustive = {
-            let world = world("uniform", 100);
+            let world = world("uniform", &emitters(100));
             Mean::of(2000, || {
                 (0..world.n_lights())
                     .filter_map(|i| {
@@ -190,7 +237,7 @@ fn every_strategy_finds_the_sum_over_all_lights() {
             })
         };
         for strategy in STRATEGIES {
-            let world = world(strategy, 100);
+            let world = world(strategy, &emitters(100));
             let mut estimate = |bias: &dyn Fn(LightId) -> f32| {
                 Mean::of(200_000, || {
                     let u = f64::from(random.unit());
@@ -215,22 +262,55 @@ fn every_strategy_finds_the_sum_over_all_lights() {
 }
 
 #[test]
+fn copies_of_lamps_light_as_lamps_by_themselves() {
+    let mut random = Uniform::new(47);
+    let [copied, alone] =
+        [true, false].map(|are_instances| world("spatial", &copies(12, &PLACES, are_instances)));
+    for at in receivers(12) {
+        let mut of = |world: &World| {
+            Mean::of(100_000, || {
+                let u = f64::from(random.unit());
+                let sample = world.sample_light(&at, u, random.unit2());
+                sample.map_or(0.0, |sample| received(&at, &sample))
+            })
+        };
+        of(&copied)
+            .agrees_with_mean(&of(&alone))
+            .assert_accepted(&format!("{at:?}"));
+    }
+}
+
+/// Logarithm of the relative variance of a light sample, in the mean over some receivers.
+fn noise(world: &World, at: &[Receiver]) -> f64 {
+    let mut random = Uniform::new(43);
+    let of_receiver = |at: &Receiver| {
+        let mean = Mean::of(20_000, || {
+            let u = f64::from(random.unit());
+            let sample = world.sample_light(at, u, random.unit2());
+            sample.map_or(0.0, |sample| received(at, &sample))
+        });
+        (mean.standard_error / mean.value).powi(2).ln()
+    };
+    at.iter().map(of_receiver).sum::<f64>() / at.len() as f64
+}
+
+#[test]
+fn a_tree_for_all_copies_is_as_quiet_as_one_of_all_lamps() {
+    // Of copies that are not similar it guesses angles.
+    let world = |are_instances| world_of("spatial", &copies(60, &similar(), are_instances), None);
+    let at = &receivers(24)[..24];
+    let [copied, alone] = [true, false].map(|are_instances| noise(&world(are_instances), at));
+    assert!(
+        copied < alone + 0.1,
+        "mean logarithm of variance: {copied} {alone}"
+    );
+}
+
+#[test]
 fn the_tree_is_quieter_than_power_among_many_lights() {
     let [power, tree] = ["power", "spatial"].map(|strategy| {
         let world = world_of(strategy, &emitters(1000), None);
-        let mut random = Uniform::new(43);
-        receivers(24)[..24]
-            .iter()
-            .map(|at| {
-                let mean = Mean::of(20_000, || {
-                    let u = f64::from(random.unit());
-                    let sample = world.sample_light(at, u, random.unit2());
-                    sample.map_or(0.0, |sample| received(at, &sample))
-                });
-                (mean.standard_error / mean.value).powi(2).ln()
-            })
-            .sum::<f64>()
-            / 24.0
+        noise(&world, &receivers(24)[..24])
     });
     assert!(
         tree < power - 1.0,

@@ -12,7 +12,7 @@ use tempfile::TempDir;
 use super::run::{self, Ended};
 use super::suite::{OURS, Peer, Scene, Suite};
 use crate::app::console::Console;
-use crate::app::files::reason;
+use crate::app::files::{Bounds, reason};
 use crate::app::interrupt::Interrupt;
 use crate::app::outcome::Outcome;
 
@@ -44,6 +44,8 @@ pub(super) struct Run {
 /// What the runs are made with.
 pub(super) struct Contest<'a> {
     suite: &'a Suite,
+    /// Where our own program may read and write.
+    bounds: &'a Bounds,
     program: PathBuf,
     workshop: TempDir,
     console: &'a Console,
@@ -65,16 +67,23 @@ impl<'a> Contest<'a> {
     /// One sentence.
     pub(super) fn new(
         suite: &'a Suite,
+        bounds: &'a Bounds,
         console: &'a Console,
         interrupt: &'a Interrupt,
     ) -> Result<Self, String> {
         let program = std::env::current_exe()
             .map_err(|error| format!("cannot find this program: {}", reason(&error)))?;
-        let workshop = tempfile::Builder::new().prefix("tyndall-bench-").tempdir();
+        let mut workshop = tempfile::Builder::new();
+        let workshop = workshop.prefix("tyndall-bench-");
+        let workshop = match bounds.directory() {
+            Some(directory) => workshop.tempdir_in(directory),
+            None => workshop.tempdir(),
+        };
         let workshop = workshop
             .map_err(|error| format!("cannot make a temporary directory: {}", reason(&error)))?;
         Ok(Self {
             suite,
+            bounds,
             program,
             workshop,
             console,
@@ -167,6 +176,7 @@ impl<'a> Contest<'a> {
         if scene.quick {
             command.arg("--quick");
         }
+        self.confine(&mut command);
         let ended = self.measure(&mut command, run)?;
         let report = std::fs::read(&report).unwrap_or_default();
         let report: Value = serde_json::from_slice(&report).unwrap_or_default();
@@ -182,6 +192,13 @@ impl<'a> Contest<'a> {
             }
             Some(failure) => Err(first_error(&report).unwrap_or(failure)),
             None => Ok(()),
+        }
+    }
+
+    /// Holds our own program to where files may be.
+    fn confine(&self, command: &mut Command) {
+        if let Some(directory) = self.bounds.directory() {
+            command.arg("--confine").arg(directory);
         }
     }
 
@@ -239,6 +256,7 @@ impl<'a> Contest<'a> {
             .args([picture, other])
             .args(["--json", "-", "--quiet"])
             .args(options);
+        self.confine(&mut command);
         let output = command.stdin(Stdio::null()).output();
         let output = output.map_err(|error| format!("cannot compare: {}", reason(&error)))?;
         let report: Value = serde_json::from_slice(&output.stdout)

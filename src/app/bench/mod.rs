@@ -49,11 +49,17 @@ fn bench(
     console: &mut Console,
     interrupt: &Interrupt,
 ) -> Result<Outcome, String> {
-    let Some(mut suite) = read_suite(args, console)? else {
+    let bounds = Bounds::new(args.confine.as_deref())?;
+    let Some(mut suite) = read_suite(args, &bounds, console)? else {
         return Ok(Outcome::Failed);
     };
     if args.no_peers {
         suite.peers.clear();
+    }
+    if bounds.directory().is_some() && !suite.peers.is_empty() {
+        return Err(
+            "--confine holds no other renderers: leave them out with --no-peers".to_owned(),
+        );
     }
     for name in &args.only {
         if !suite.scenes.iter().any(|scene| scene.name == *name) {
@@ -67,18 +73,21 @@ fn bench(
     let destination = args.json.clone().map(Destination::new);
     let json = destination
         .as_ref()
-        .map(|json| ReportSink::new(json, &Bounds::default()));
+        .map(|json| ReportSink::new(json, &bounds));
     let json = json.transpose()?;
     let inputs = Inputs::default();
     inputs.expect(&args.suite);
     for scene in &suite.scenes {
-        inputs.expect(&scene.file);
-        inputs.expect(&scene.reference);
+        for file in [&scene.file, &scene.reference] {
+            let refusal = |why| format!("cannot read \"{}\": {why}", file.display());
+            bounds.admit(file).map_err(refusal)?;
+            inputs.expect(file);
+        }
     }
     if let Some(json) = &json {
         json.spare(&inputs)?;
     }
-    let shelf = Shelf::new(&args.outdir, inputs)?;
+    let shelf = Shelf::new(&args.outdir, inputs, &bounds)?;
 
     let (scenes, skipped) = sort_out(&suite);
     for skipped in &skipped {
@@ -91,7 +100,7 @@ fn bench(
     let versions = versions.collect();
     // From here on there are results to write.
     interrupt.conclude();
-    let contest = Contest::new(&suite, console, interrupt)?;
+    let contest = Contest::new(&suite, &bounds, console, interrupt)?;
     let runs = contest.run(&scenes);
 
     let summaries = summary::summarize(&suite, &scenes, &runs);
@@ -140,13 +149,17 @@ fn bench(
 }
 
 /// `None` if the suite has errors, which are shown.
-fn read_suite(args: &BenchArgs, console: &mut Console) -> Result<Option<Suite>, String> {
+fn read_suite(
+    args: &BenchArgs,
+    bounds: &Bounds,
+    console: &mut Console,
+) -> Result<Option<Suite>, String> {
     let directories = Directories {
         scenes: args.scenes.clone(),
         references: args.references.clone(),
     };
     let mut sources = Sources::new();
-    let (suite, found) = Suite::read(&args.suite, &directories, &mut sources)?;
+    let (suite, found) = Suite::read(&args.suite, bounds, &directories, &mut sources)?;
     console.show(&found, &sources);
     Ok(suite)
 }
@@ -172,11 +185,14 @@ struct Shelf<'a> {
     directory: &'a Path,
     /// What is measured: none of it may be written over.
     inputs: Inputs,
+    bounds: &'a Bounds,
 }
 
 impl<'a> Shelf<'a> {
     /// Makes the directory, unless it is there, and sees whether files can be made in it.
-    fn new(directory: &'a Path, inputs: Inputs) -> Result<Self, String> {
+    fn new(directory: &'a Path, inputs: Inputs, bounds: &'a Bounds) -> Result<Self, String> {
+        let refusal = |why| format!("cannot write to \"{}\": {why}", directory.display());
+        bounds.admit(directory).map_err(refusal)?;
         if !directory.is_dir() {
             let made = fs::create_dir(directory);
             made.map_err(|error| {
@@ -188,9 +204,13 @@ impl<'a> Shelf<'a> {
             })?;
         }
         for name in [PAGE, TABLE, REPORT] {
-            Place::new(&directory.join(name))?.spare(&inputs)?;
+            Place::within(&directory.join(name), bounds)?.spare(&inputs)?;
         }
-        Ok(Self { directory, inputs })
+        Ok(Self {
+            directory,
+            inputs,
+            bounds,
+        })
     }
 
     /// Writes everything, and returns the page for people.
@@ -220,7 +240,7 @@ impl<'a> Shelf<'a> {
     }
 
     fn write(&self, name: &str, bytes: &[u8]) -> Result<(), String> {
-        let place = Place::new(&self.directory.join(name))?;
+        let place = Place::within(&self.directory.join(name), self.bounds)?;
         place.spare(&self.inputs)?;
         place.write(bytes)
     }

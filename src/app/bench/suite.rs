@@ -118,11 +118,12 @@ impl Suite {
     /// One sentence, if the file cannot be read at all.
     pub(super) fn read(
         path: &Path,
+        bounds: &Bounds,
         directories: &Directories,
         sources: &mut Sources,
     ) -> Result<(Option<Self>, Diagnostics), String> {
         let refusal = |why: String| format!("cannot read \"{}\": {why}", path.display());
-        let bytes = files::read(path, &Bounds::default()).map_err(refusal)?;
+        let bytes = files::read(path, bounds).map_err(refusal)?;
         let absolute = std::path::absolute(path).map_err(|error| refusal(error.to_string()))?;
         let directory = absolute.parent().map(Path::to_owned).unwrap_or_default();
         let text =

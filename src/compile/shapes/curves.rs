@@ -4,10 +4,14 @@ use glam::DVec3;
 use tyndall_parser::diagnostic::Diagnostic;
 
 use super::INSTEAD;
+use crate::compile::assets::{Assets, lack_of_memory};
 use crate::compile::reader::ParamReader;
 use crate::shape::curve::{CurveSource, CurveStyle, MAX_SPLIT_DEPTH, spline};
 
-pub(super) fn curve(p: &mut ParamReader) -> Option<CurveSource> {
+/// Memory that a segment takes: its control points in double precision, and twice in single precision with its pieces.
+const BYTES_PER_SEGMENT: u128 = 256;
+
+pub(super) fn curve(p: &mut ParamReader, assets: &dyn Assets) -> Option<CurveSource> {
     let width = p.float("width");
     let widths = ["width0", "width1"].map(|name| p.optional_float(name).unwrap_or(width).into());
     let style = match p.choice("type") {
@@ -29,6 +33,12 @@ pub(super) fn curve(p: &mut ParamReader) -> Option<CurveSource> {
     }
     let wide = |v: &[f32; 3]| DVec3::from(v.map(f64::from));
     let n = points.len();
+    // A Bézier curve has fewer segments than that.
+    if let Some(lack) = lack_of_memory(n as u128 * BYTES_PER_SEGMENT, assets) {
+        let message = format!("a curve of {n} control points {lack}");
+        p.report(Diagnostic::error("too-large", points_span, message).with_label(INSTEAD));
+        return None;
+    }
     let points: Vec<DVec3> = points.iter().map(wide).collect();
     let segments = if basis == "bspline" {
         spline::b_spline(&points, degree)

@@ -9,7 +9,7 @@ use crate::compile::assets::{Assets, lack_of_memory};
 use crate::compile::reader::ParamReader;
 use crate::shape::Mesh;
 use crate::shape::heightfield;
-use crate::shape::nurbs::{KnotVector, Patch};
+use crate::shape::nurbs::{KnotVector, N_DICED, Patch};
 use crate::shape::subdivision::loop_limit;
 
 /// Most triangles a subdivided mesh may have, about a gigabyte of them.
@@ -68,7 +68,20 @@ fn count(p: &mut ParamReader, name: &str) -> Option<usize> {
     p.optional_int(name).and_then(|n| usize::try_from(n).ok())
 }
 
-pub(super) fn heightfield(p: &mut ParamReader) -> Option<Mesh> {
+/// Memory that a vertex of a grid takes with its part of the triangles.
+const BYTES_PER_VERTEX: u128 = 64;
+
+/// Whether there is memory for a grid of so many vertices; if not, that is reported.
+fn grid_fits(p: &mut ParamReader, n_vertices: usize, span: Span, assets: &dyn Assets) -> bool {
+    let lack = lack_of_memory(n_vertices as u128 * BYTES_PER_VERTEX, assets);
+    if let Some(lack) = &lack {
+        let message = format!("a mesh of {n_vertices} vertices {lack}");
+        report(p, "too-large", span, message);
+    }
+    lack.is_none()
+}
+
+pub(super) fn heightfield(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
     let span = p.span("Pz");
     let (nu, nv, heights) = (count(p, "nu"), count(p, "nv"), p.take_floats("Pz"));
     let (nu, nv, heights) = (nu?, nv?, heights?);
@@ -77,11 +90,14 @@ pub(super) fn heightfield(p: &mut ParamReader) -> Option<Mesh> {
         report(p, "value-count", span, message);
         return None;
     }
+    if !grid_fits(p, heights.len(), span, assets) {
+        return None;
+    }
     let mesh = heightfield::heightfield(&heights, nu, nv);
     Some(drop_non_finite(mesh, span, p))
 }
 
-pub(super) fn nurbs(p: &mut ParamReader) -> Option<Mesh> {
+pub(super) fn nurbs(p: &mut ParamReader, assets: &dyn Assets) -> Option<Mesh> {
     let [nu, nv] = ["nu", "nv"].map(|name| count(p, name));
     let u = knots(p, nu, "uorder", "uknots");
     let v = knots(p, nv, "vorder", "vknots");
@@ -96,6 +112,9 @@ pub(super) fn nurbs(p: &mut ParamReader) -> Option<Mesh> {
     }
     let [u0, u1] = part(p, &u, ["u0", "u1"])?;
     let [v0, v1] = part(p, &v, ["v0", "v1"])?;
+    if !grid_fits(p, N_DICED * N_DICED, points_span, assets) {
+        return None;
+    }
     let mesh = Patch { u, v, points }.diced([u0, v0], [u1, v1]);
     Some(drop_non_finite(mesh, points_span, p))
 }

@@ -19,6 +19,9 @@ use crate::world::{ElementRef, Geometry, World};
 /// What places in a transform's range add up from.
 const OPERATIONS: f64 = 4.0;
 
+/// Rounding errors that count between triangles: more than [`World::piece`] allows each of them.
+const ROUNDINGS: f32 = 32.0;
+
 /// So many elements near one are worth remembering it: those in the same place need not be compared with all of them.
 const CROWD: usize = 64;
 
@@ -204,6 +207,7 @@ impl Found<'_> {
         let mut slots = Vec::new();
         world.bvh.touching(
             bounds,
+            ROUNDINGS,
             |key| near.push((items::element_of(key), stands)),
             |key| slots.push(items::slot_of(key)),
         );
@@ -223,9 +227,11 @@ impl Found<'_> {
                 // What moves together keeps its distances.
                 (Motion::Moving(_), Some((target, moves_with))) if moves_with == id => {
                     let within = world.bounds_in_object(target);
+                    let triangle = |key| found.push(key);
+                    let slot = |key| slots.push(key);
                     object
                         .bvh()
-                        .touching(&within, |key| found.push(key), |key| slots.push(key));
+                        .touching(&within, f32::INFINITY, triangle, slot);
                     let touches = |key: &[u32; 2]| {
                         boxes_touch(&within, &world.bounds_in_object(items::element_of(*key)))
                     };
@@ -235,7 +241,8 @@ impl Found<'_> {
                 (Motion::Moving(_), _) => {
                     let swept = self.swept(id);
                     if boxes_touch(bounds, &swept.extent) {
-                        swept.bvh.touching(bounds, |_| {}, |key| found.push(key));
+                        let slot = |key| found.push(key);
+                        swept.bvh.touching(bounds, f32::INFINITY, |_| {}, slot);
                     }
                 }
                 (Motion::Still(transform), _) => {
@@ -246,9 +253,12 @@ impl Found<'_> {
                     let inverse = Motion::Still(transform.inverse());
                     let [lo, hi] = inverse.bounds(of, world.shutter);
                     let within = Bounds3::around(lo, hi);
+                    // Errors are those of render space, which may be far larger.
+                    let triangle = |key| found.push(key);
+                    let slot = |key| slots.push(key);
                     object
                         .bvh()
-                        .touching(&within, |key| found.push(key), |key| slots.push(key));
+                        .touching(&within, f32::INFINITY, triangle, slot);
                 }
             }
             found.extend(slots);

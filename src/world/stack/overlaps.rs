@@ -151,6 +151,7 @@ impl World {
             let mut near = Vec::new();
             self.bvh.touching(
                 &sheet.bounds,
+                f32::INFINITY,
                 |key| near.push(items::element_of(key).geometry.index()),
                 |_| {},
             );
