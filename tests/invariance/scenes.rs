@@ -221,6 +221,8 @@ pub(crate) enum Form {
     Moving,
     /// Under transforms that undo each other.
     Nested,
+    /// With the normals of quadrics and curves turned around, as a mirrored current transform turns them.
+    Reversed,
 }
 
 /// Where the second copies of [`Form::Twice`] are.
@@ -300,6 +302,10 @@ impl Thing {
                 "{object}AttributeBegin ActiveTransform EndTime Translate .25 .5 0 ActiveTransform All {place} AttributeEnd\n"
             ),
             Form::Nested => format!("AttributeBegin {THERE_AND_BACK} {body} AttributeEnd\n"),
+            Form::Reversed if (7..=8).contains(&self.shape) => {
+                format!("AttributeBegin {body} AttributeEnd\n")
+            }
+            Form::Reversed => format!("AttributeBegin ReverseOrientation {body} AttributeEnd\n"),
         }
     }
 }
