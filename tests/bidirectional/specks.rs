@@ -88,7 +88,6 @@ fn adding_a_speck(integrator: (&str, u32), light: &str, away: &[f64], n_seeds: u
         // By the same random numbers: what the speck does not change has no noise here.
         let with = pictures(integrator, &world, 0, n_seeds);
         let (ratio, error) = log_ratio(&with, &without);
-        println!("{what}: variance times {:.3} ± {error:.3}", ratio.exp());
         assert!(
             ratio.abs() < PART.max(SIGMAS * error),
             "{what}: variance times {:.3} ± {error:.3}",
@@ -110,6 +109,37 @@ fn a_speck_out_of_sight_starves_no_light_path() {
         (SPPM, SUN_AND_LAMP),
     ] {
         adding_a_speck(integrator, light, &AWAY[2..], 20);
+    }
+}
+
+/// Directions and distances keep their digits, in fog and beyond surfaces on the way as well.
+#[test]
+fn how_far_away_a_speck_is_changes_next_to_nothing() {
+    // Above the sun's way to the room.
+    const ROOF: &str = "AttributeBegin Material \"matte\" Translate 2 9 -3 Rotate 90 1 0 0\n\
+         Shape \"disk\" \"float radius\" 2 AttributeEnd\n";
+    for integrator in [BDPT, MLT, SPPM] {
+        for light in [SUN, SKY, STAR, SUN_AND_LAMP, SUN_ON_FOG] {
+            let [near, far] = [1e3, 1e6].map(|away| {
+                let world = format!("{}{ROOM}{BALL}{ROOF}{light}", speck(away));
+                pictures(integrator, &world, 0, 2)
+            });
+            let values = |pictures: &[Image]| -> Vec<f32> {
+                pictures
+                    .iter()
+                    .flat_map(|image| image.data().to_vec())
+                    .collect()
+            };
+            let (near, far) = (values(&near), values(&far));
+            let is_off = |(a, b): &(&f32, &f32)| (*a - *b).abs() > 1e-3 * a.abs().max(b.abs());
+            let n_off = near.iter().zip(&far).filter(is_off).count();
+            let what = format!("{}, {light}", integrator.0);
+            assert!(
+                20 * n_off <= near.len(),
+                "{what}: {n_off} of {} numbers differ",
+                near.len()
+            );
+        }
     }
 }
 
