@@ -36,7 +36,7 @@ use crate::describe::description::Frame;
 use crate::ids::{LightId, MediumId};
 use crate::image::PixelRect;
 use crate::integrator::Integrator;
-use crate::integrator::bdpt::aim_far_light;
+use crate::integrator::bdpt::aim_light;
 use crate::material::Materials;
 use crate::math::{Ray, Transform};
 use crate::render::Job;
@@ -135,7 +135,7 @@ fn build(
     world.note_view(view_rays(&camera, film.desc.resolution));
     let light_transport = integrator.integrator_at(space.scale());
     if let Some(max_depth) = light_transport.depth_of_light_paths() {
-        aim_far_light(&mut world, &camera, film.desc.resolution, max_depth);
+        aim_light(&mut world, &camera, film.desc.resolution, max_depth);
     }
     let job = Job {
         world,

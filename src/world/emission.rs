@@ -32,7 +32,7 @@ use crate::sampling::warp::{
 };
 use crate::shape::{Place, Shape};
 use crate::spectrum::Rgb;
-use crate::world::{ElementRef, LightStrategy, World};
+use crate::world::{ElementRef, LightStrategy, World, spawn_ray};
 
 /// A ray that leaves a light.
 #[derive(Clone, Copy, Debug)]
@@ -59,10 +59,12 @@ pub struct EmissionSample {
 
 /// Part of the light from far away that is sent to where camera paths get to.
 const AIMED: f32 = 0.95;
-/// Least weight of a light among those that light paths start from, in means of all.
-const MIN_POWER: f64 = 1e-6;
 /// Spheres that are smaller than that around the scene by less than this are not worth aiming at.
 const ABOUT_THE_SAME: f64 = 0.97;
+/// In scenes up to so many times as wide as that sphere, rays from far away keep their digits.
+const WIDE: f64 = 16.0;
+/// Surfaces that may be looked for beyond where light is aimed at.
+const MOST_BEYOND: usize = 16;
 
 /// A sphere. Lines that meet it cross the disk through its centre.
 #[derive(Clone, Copy, Debug)]
@@ -103,7 +105,7 @@ impl World {
             self.emission_from_point(light, p, time, (d, intensity, pdf_dir))
         };
         let from_afar = |d: Vec3, radiance: Rgb, pdf_dir: f32| {
-            let (p, pdf_pos) = self.sample_far_line(d, u_pos, time);
+            let (p, pdf_pos) = self.sample_far_line(light, d, u_pos, time);
             EmissionSample {
                 p,
                 p_err: Vec3::ZERO,
@@ -328,22 +330,16 @@ impl World {
     /// Chooses lights that light paths start from. Of light from far away what counts is what is sent where it is aimed
     /// at, however wide the scene is.
     pub fn emitter_choice(&self, strategy: LightStrategy) -> LightChoice {
-        let (Some(aim), LightStrategy::Power) = (&self.far_aim, strategy) else {
-            return self.light_choice(strategy);
-        };
-        let aimed = aim.area() / self.scene_ball().area();
-        let powers = self.lights.iter().map(|light| {
-            let power = self.power(light).max(0.0);
-            match light {
-                Light::Distant(_) | Light::Infinite(_) => aimed * power,
-                _ => power,
-            }
-        });
-        let powers: Vec<f64> = powers.collect();
-        // Nothing is forgotten.
-        let least = MIN_POWER * powers.iter().sum::<f64>() / powers.len() as f64;
-        let weights: Vec<f64> = powers.iter().map(|power| power.max(least)).collect();
-        LightChoice::new(&weights)
+        match strategy {
+            LightStrategy::Power => LightChoice::new(&self.power_weights(self.reach().1)),
+            LightStrategy::Uniform | LightStrategy::Spatial => self.light_choice(strategy),
+        }
+    }
+
+    /// Centre and radius of a sphere around what camera paths get to; around all surfaces if that is not known.
+    pub fn reach(&self) -> (DVec3, f64) {
+        let Ball { center, radius } = self.far_aim.unwrap_or_else(|| self.scene_ball());
+        (center, radius)
     }
 
     fn scene_ball(&self) -> Ball {
@@ -369,7 +365,13 @@ impl World {
     }
 
     /// Draws a line of light from far away toward `d`: where on it a ray starts, and its density.
-    fn sample_far_line(&self, d: Vec3, mut u: [f32; 2], time: f32) -> (Point3, f32) {
+    fn sample_far_line(
+        &self,
+        light: LightId,
+        d: Vec3,
+        mut u: [f32; 2],
+        time: f32,
+    ) -> (Point3, f32) {
         let scene = self.scene_ball();
         let Some(aim) = &self.far_aim else {
             let p = on_disk(scene.center, scene.radius, d, u, -scene.radius);
@@ -397,21 +399,49 @@ impl World {
         } else {
             mixed(other, own)
         };
-        let near = Point3::from_f64(p);
-        // Where nothing is between, the digits of a ray that starts nearby are those of what it is aimed at.
-        let back = Ray {
-            o: near,
-            d: Vec3::from_f64(-d),
+        let start = match is_aimed {
+            true => self.start_near(light, p, d, aim.radius, time),
+            false => None,
+        };
+        let p = start.unwrap_or_else(|| p - d * ((p - scene.center).dot(d) + scene.radius));
+        (Point3::from_f64(p), pdf as f32)
+    }
+
+    /// Where a ray of light from far away may start that comes to `near` in direction `d`: there or, in wide scenes, not
+    /// far beyond the surfaces behind it. Its digits are then those of what it is aimed at. `None` where it is to start
+    /// beyond the scene.
+    fn start_near(
+        &self,
+        light: LightId,
+        near: DVec3,
+        d: DVec3,
+        room: f64,
+        time: f32,
+    ) -> Option<DVec3> {
+        // A medium dims what comes from further away.
+        if self.light_medium(light) != MediumId::NONE {
+            return None;
+        }
+        let back = Vec3::from_f64(-d);
+        let mut ray = Ray {
+            o: Point3::from_f64(near),
+            d: back,
             time,
         };
-        let starts_near =
-            is_aimed && !self.facts.has_media && self.closest(&back, f32::INFINITY).is_none();
-        let p = if starts_near {
-            near
-        } else {
-            Point3::from_f64(p - d * ((p - scene.center).dot(d) + scene.radius))
-        };
-        (p, pdf as f32)
+        let is_wide = self.scene_ball().radius > WIDE * room;
+        let most = if is_wide { MOST_BEYOND } else { 0 };
+        for n_surfaces in 0..=most {
+            let Some(hit) = self.closest(&ray, f32::INFINITY) else {
+                let beyond = match n_surfaces {
+                    0 => 0.0,
+                    _ => room + (near - ray.o.to_f64()).dot(d),
+                };
+                return Some(near - d * beyond);
+            };
+            let surface = self.surface(&ray, &hit);
+            ray = spawn_ray(surface.p, surface.p_err, surface.ng, back, time);
+        }
+        None
     }
 }
 

@@ -141,8 +141,12 @@ impl World {
     /// Power of a light in render-space units, for choosing among lights: of one at infinity, what passes through a sphere as
     /// wide as what the camera sees.
     pub(super) fn power(&self, light: &Light) -> f64 {
+        self.power_through(light, self.view_radius)
+    }
+
+    /// The same with a sphere of the given radius.
+    pub(super) fn power_through(&self, light: &Light, radius: f64) -> f64 {
         use std::f64::consts::PI;
-        let radius = self.view_radius;
         match light {
             Light::Point(point) => 4.0 * PI * point.intensity.luminance() as f64,
             Light::Spot(spot) => spot.power(),

@@ -131,20 +131,24 @@ impl World {
     }
 
     fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
-        let powers: Vec<f64> = self
-            .lights
-            .iter()
-            .map(|light| self.power(light).max(0.0))
-            .collect();
         match strategy {
-            LightStrategy::Uniform => vec![1.0; powers.len()],
-            LightStrategy::Power => {
-                let total: f64 = powers.iter().sum();
-                let least = MIN_POWER * total / powers.len() as f64;
-                powers.iter().map(|p| p.max(least)).collect()
-            }
-            LightStrategy::Spatial => self.mixed_weights(&powers),
+            LightStrategy::Uniform => vec![1.0; self.lights.len()],
+            LightStrategy::Power => self.power_weights(self.view_radius),
+            LightStrategy::Spatial => self.mixed_weights(&self.powers(self.view_radius)),
         }
+    }
+
+    /// Powers of all lights; of those at infinity, what passes through a sphere of the given radius.
+    fn powers(&self, radius: f64) -> Vec<f64> {
+        let power = |light| self.power_through(light, radius).max(0.0);
+        self.lights.iter().map(power).collect()
+    }
+
+    /// The same; none is 0.
+    pub(super) fn power_weights(&self, radius: f64) -> Vec<f64> {
+        let powers = self.powers(radius);
+        let least = MIN_POWER * powers.iter().sum::<f64>() / powers.len() as f64;
+        powers.iter().map(|p| p.max(least)).collect()
     }
 
     /// A choice among the lights that are points, for segments of paths, before the receiver is known: half by power,

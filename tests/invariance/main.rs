@@ -10,6 +10,7 @@ mod seen;
 mod solids;
 
 mod compared;
+mod footprints;
 mod media;
 mod scenes;
 mod still;

@@ -16,6 +16,8 @@ pub(crate) struct Thing {
     size: u8,
     axis: [i8; 3],
     angle: u16,
+    /// Hyperboloids are as their segment sweeps them.
+    is_swept: bool,
 }
 
 /// A light.
@@ -75,9 +77,10 @@ const TEXTURED: [&str; 4] = [
     "\"plastic\" \"texture Kd\" \"squares\" \"texture bumpmap\" \"folds\"",
     "\"disney\" \"texture color\" \"clouds\" \"float roughness\" .4 \"float metallic\" .3",
 ];
-const N_SHAPES: usize = 10;
+/// Number of shapes.
+pub(crate) const SHAPES: usize = 10;
 /// The last of them.
-const CURVE: usize = N_SHAPES - 1;
+pub(crate) const CURVE: usize = SHAPES - 1;
 const N_LAMPS: usize = 6;
 
 fn place() -> impl Strategy<Value = [i16; 3]> {
@@ -85,9 +88,9 @@ fn place() -> impl Strategy<Value = [i16; 3]> {
     [-128i16..=128, -128i16..=128, -128i16..=128]
 }
 
-fn thing(n_materials: usize) -> impl Strategy<Value = Thing> {
+pub(crate) fn thing(n_materials: usize) -> impl Strategy<Value = Thing> {
     (
-        0..N_SHAPES,
+        0..SHAPES,
         0..n_materials,
         place(),
         4u8..20,
@@ -101,6 +104,7 @@ fn thing(n_materials: usize) -> impl Strategy<Value = Thing> {
             size,
             axis,
             angle,
+            is_swept: false,
         })
 }
 
@@ -221,6 +225,8 @@ pub(crate) enum Form {
     Moving,
     /// Under transforms that undo each other.
     Nested,
+    /// With the normals of quadrics and curves turned around, as a mirrored current transform turns them.
+    Reversed,
 }
 
 /// Where the second copies of [`Form::Twice`] are.
@@ -231,7 +237,27 @@ const THERE_AND_BACK: &str = "Translate 3 -2 1 Rotate 30 0 1 0 Scale 2 2 2 Trans
      Translate -.3 -.1 -.7 Scale .5 .5 .5 Rotate -30 0 1 0 Translate -3 2 -1";
 
 impl Thing {
-    fn text(&self, s: f64, form: Form, name: usize) -> String {
+    /// Its shape, a number below [`SHAPES`].
+    pub(crate) fn shape(&self) -> usize {
+        self.shape
+    }
+
+    /// Hyperboloids without a bend: the segment of others does not sweep the surface that is shown, and parameters and
+    /// normals are those of the segment.
+    pub(crate) fn on_its_segment(mut self) -> Self {
+        self.is_swept = true;
+        self
+    }
+
+    /// The same of glass or as a mirror.
+    pub(crate) fn clear(&self, is_glass: bool) -> Self {
+        Self {
+            material: ROUGH.len() + usize::from(is_glass),
+            ..self.clone()
+        }
+    }
+
+    pub(crate) fn text(&self, s: f64, form: Form, name: usize) -> String {
         let r = f64::from(self.size) / 16.0;
         let n = |values: &[f64]| numbers(values, s);
         let corners = n(&[-r, -r, -r, r, r, -r, r, -r, r, -r, r, r]);
@@ -267,7 +293,11 @@ impl Thing {
             6 => format!(
                 "\"hyperboloid\" \"point p1\" [{}] \"point p2\" [{}]",
                 n(&[r, 0.0, -r]),
-                n(&[0.5 * r, 0.5 * r, r])
+                n(&if self.is_swept {
+                    [0.0, r, r]
+                } else {
+                    [0.5 * r, 0.5 * r, r]
+                })
             ),
             7 => format!("\"trianglemesh\" \"point P\" [{corners}] {sides}"),
             8 => format!("\"loopsubdiv\" \"integer levels\" 2 \"point P\" [{corners}] {sides}"),
@@ -300,6 +330,10 @@ impl Thing {
                 "{object}AttributeBegin ActiveTransform EndTime Translate .25 .5 0 ActiveTransform All {place} AttributeEnd\n"
             ),
             Form::Nested => format!("AttributeBegin {THERE_AND_BACK} {body} AttributeEnd\n"),
+            Form::Reversed if (7..=8).contains(&self.shape) => {
+                format!("AttributeBegin {body} AttributeEnd\n")
+            }
+            Form::Reversed => format!("AttributeBegin ReverseOrientation {body} AttributeEnd\n"),
         }
     }
 }

@@ -43,6 +43,13 @@ fn textures() -> String {
     TEXTURES.concat()
 }
 
+/// The same with a marble of less than 1. As it is, it reaches 40: rounding grows a hundredfold at each bounce within a
+/// bent surface of it, and paths that the last bits tell apart make up a pixel.
+fn dim_textures() -> String {
+    textures().replace("\"clouds\"", "\"bright\"")
+        + "Texture \"clouds\" \"spectrum\" \"scale\" \"texture tex1\" \"bright\" \"rgb tex2\" [.02 .02 .02]\n"
+}
+
 /// Far out, beside the picture or behind the camera.
 fn speck() -> impl Strategy<Value = [f64; 3]> {
     let away = (2u32..=17).prop_map(|k| 3.0 * 2f64.powi(k as i32));
@@ -137,7 +144,7 @@ fn no_order_changes_a_bit_of_many_scenes() {
 
 fn rewriting(((scene, strategy), form): ((Still, usize), Form)) -> Result<(), TestCaseError> {
     let text = |form| {
-        written(&scene, strategy, &(textures() + HIDING_BALL), form)
+        written(&scene, strategy, &(dim_textures() + HIDING_BALL), form)
             .replace("\"integer xresolution\" 12", "\"integer xresolution\" 32")
             .replace("\"integer yresolution\" 8", "\"integer yresolution\" 24")
             .replace("\"integer pixelsamples\" 4", "\"integer pixelsamples\" 16")
@@ -155,7 +162,6 @@ fn form() -> impl Strategy<Value = Form> {
 }
 
 #[test]
-#[ignore = "not seen to pass yet"]
 fn objects_motions_and_nesting_change_little() {
     let scenes = (decorated(WITHOUT_LIGHT_PATHS, false), 0..STRATEGIES.len());
     for_all(200, false, (scenes, form()), rewriting);
@@ -168,10 +174,12 @@ fn objects_motions_and_nesting_change_little_of_many() {
     for_all(200, true, (scenes, form()), rewriting);
 }
 
+/// As in pbrt-v3, mirrors turn the normals of quadrics and curves around, and with them sides and bumps; nothing else has
+/// a handedness.
 fn mirroring((scene, strategy): (Still, usize)) -> Result<(), TestCaseError> {
     let scene = scene.without_shining_balls();
-    let [a, b] = ["", "Scale -1 1 1"].map(|mirror| {
-        written(&scene, strategy, &textures(), Form::Plain)
+    let [a, b] = [("", Form::Reversed), ("Scale -1 1 1", Form::Plain)].map(|(mirror, form)| {
+        written(&scene, strategy, &textures(), form)
             .replace("0 1 0 \nCamera", &format!("0 1 0 {mirror}\nCamera"))
             .replace("WorldBegin", &format!("WorldBegin {mirror}"))
     });
@@ -184,7 +192,6 @@ fn textured() -> impl Strategy<Value = (Still, usize)> {
 }
 
 #[test]
-#[ignore = "not seen to pass yet"]
 fn mirrors_around_the_scene_change_no_mean() {
     for_all(60, false, textured(), mirroring);
 }

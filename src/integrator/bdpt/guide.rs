@@ -34,9 +34,9 @@ struct Cap {
 }
 
 impl Cap {
-    /// Around all directions in which a point sends light to the scene.
+    /// Around all directions in which a point sends light to what camera paths get to.
     fn of(light: &Light, p: Point3, world: &World) -> Self {
-        let (center, radius) = world.bounding_sphere();
+        let (center, radius) = world.reach();
         let to_center = center - p.to_f64();
         let sine = radius / to_center.length();
         let mut cap = if sine < 1.0 {

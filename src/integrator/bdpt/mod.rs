@@ -43,7 +43,7 @@ use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
 use crate::world::{EmissionSample, LightStrategy, World};
 pub use guide::{EmissionGuide, GuideTraining};
-pub use reach::aim_far_light;
+pub use reach::aim_light;
 pub use strategy::{Contribution, Strategy};
 use subpath::End;
 use vertex::{Kind, Vertex};

@@ -1,4 +1,4 @@
-//! Where light from far away is worth sending.
+//! Where light is worth sending from far away, and from points (see [`super::guide`]).
 //!
 //! Whatever light path brings anything to the picture meets its first surface where a camera path could have ended. Some
 //! camera paths that are no part of the picture are followed before it is begun, and most light is sent to a sphere around
@@ -38,14 +38,12 @@ impl Numbers for Rng {
 
 /// Lets a world send light from far away to where paths of up to `max_depth` scattering events from the camera get to, in a
 /// frame of `resolution` pixels.
-pub fn aim_far_light(world: &mut World, camera: &Camera, resolution: [u32; 2], max_depth: u32) {
-    let is_far = |i| {
-        matches!(
-            world.light(LightId::new(i)),
-            Light::Distant(_) | Light::Infinite(_)
-        )
+pub fn aim_light(world: &mut World, camera: &Camera, resolution: [u32; 2], max_depth: u32) {
+    let is_aimed = |i| {
+        let light = world.light(LightId::new(i));
+        matches!(light, Light::Distant(_) | Light::Infinite(_)) || light.position().is_some()
     };
-    if !(0..world.n_lights()).any(is_far) {
+    if !(0..world.n_lights()).any(is_aimed) {
         return;
     }
     if let Some((center, radius)) = sphere_around(&places(world, camera, resolution, max_depth)) {
