@@ -13,8 +13,8 @@
 //! Light from far away is sent across a disk as wide as the scene or, most of it, across one around what camera paths get
 //! to ([`World::aim_far_light`]). Its density is the sum over both: of its line alone, wherever on it the ray starts.
 //!
-//! A lamp that lights otherwise than it shows (see [`crate::world::lamps`]) emits its radiance to both sides, from its holes
-//! as well; what arrives is that times a factor that depends on who receives it.
+//! An asymmetric lamp (see [`crate::world::lamps`]) emits its radiance to both sides, from its holes as well; what arrives is
+//! that times a factor that depends on who receives it.
 //!
 //! On curves the direction is drawn first, and `pdf_pos` is conditional on it.
 
@@ -247,6 +247,7 @@ impl World {
             p: at.p,
             p_err: at.p_err,
             ng: at.ng,
+            n_surface: at.ng,
             ns: at.ng,
         };
         let declared = self.light_medium(light);
@@ -327,9 +328,23 @@ impl World {
 
     /// Chooses lights that light paths start from. Of light from far away what counts is what is sent where it is aimed
     /// at, however wide the scene is.
-    pub fn emitter_choice(&self, strategy: LightStrategy) -> LightChoice {
+    pub fn emitter_choice(
+        &self,
+        strategy: LightStrategy,
+        sends: impl Fn(LightId) -> bool,
+    ) -> LightChoice {
+        let mut weights = self.emitter_weights(strategy);
+        for (index, weight) in weights.iter_mut().enumerate() {
+            if !sends(LightId::new(index)) {
+                *weight = 0.0;
+            }
+        }
+        LightChoice::new(&weights)
+    }
+
+    fn emitter_weights(&self, strategy: LightStrategy) -> Vec<f64> {
         let (Some(aim), LightStrategy::Power) = (&self.far_aim, strategy) else {
-            return self.light_choice(strategy);
+            return self.light_weights(strategy);
         };
         let aimed = aim.area() / self.scene_ball().area();
         let powers = self.lights.iter().map(|light| {
@@ -342,8 +357,7 @@ impl World {
         let powers: Vec<f64> = powers.collect();
         // Nothing is forgotten.
         let least = MIN_POWER * powers.iter().sum::<f64>() / powers.len() as f64;
-        let weights: Vec<f64> = powers.iter().map(|power| power.max(least)).collect();
-        LightChoice::new(&weights)
+        powers.iter().map(|power| power.max(least)).collect()
     }
 
     fn scene_ball(&self) -> Ball {

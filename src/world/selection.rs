@@ -121,7 +121,7 @@ impl World {
         LightChoice::new(&self.light_weights(strategy))
     }
 
-    fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
+    pub(super) fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
         let powers: Vec<f64> = self
             .lights
             .iter()

@@ -1,5 +1,5 @@
-//! Lamps that light otherwise than they show, against quadrature of the model: S w + H (1 − w) of what an ordinary one
-//! gives, where S and H say which of pbrt-v3's two halves see the lamp, and w how they share its light.
+//! Asymmetric lamps against quadrature of the model: S w + H (1 − w) of what an ordinary one gives, where S and H are 1 if
+//! light sampling and rays see the lamp in pbrt-v3, and w is the MIS weight of light sampling.
 
 use std::f64::consts::{PI, TAU};
 
@@ -168,7 +168,7 @@ fn panels() -> Vec<(&'static str, String, bool)> {
 }
 
 #[test]
-fn odd_panels_give_the_floor_their_halves() {
+fn asymmetric_panels_light_the_floor() {
     let shares = of_panel();
     // Measured in pbrt-v3's pictures as well.
     assert!((shares.all - 2.7706).abs() < 1e-3, "{}", shares.all);
@@ -190,7 +190,7 @@ fn odd_panels_give_the_floor_their_halves() {
 }
 
 #[test]
-fn mirrored_quadrics_give_the_floor_their_halves() {
+fn mirrored_quadrics_light_the_floor() {
     let shares = of_sphere(0.5);
     assert!((shares.drawn - 1.1756).abs() < 1e-3, "{}", shares.drawn);
     let at = "Translate 0 0 1 Scale 1 1 -1";
@@ -214,7 +214,7 @@ fn mirrored_quadrics_give_the_floor_their_halves() {
 }
 
 #[test]
-fn other_lights_beside_odd_lamps_are_as_ever() {
+fn other_lights_beside_asymmetric_lamps_stay() {
     let world = lamp("", &panel(true, "\"float alpha\" 0")) + &environment([2.0; 3]);
     let expected = of_panel().drawn + 2.0 * KD;
     for integrator in WEIGHED {
@@ -238,7 +238,7 @@ fn of_disk() -> Shares {
 }
 
 #[test]
-fn mirrored_disks_give_the_floor_their_halves() {
+fn mirrored_disks_light_the_floor() {
     let shares = of_disk();
     let disk = |more: &str| lamp(&format!("Translate 0 0 1 {more}"), "Shape \"disk\"");
     for integrator in ["path", "directlighting one", "bdpt", "mlt"] {
@@ -284,7 +284,7 @@ fn two_sided_lamps_that_are_turned_are_ordinary() {
         &CompileOptions::default(),
         |_| None,
     );
-    assert!(!compiled.job.world.facts().has_odd_lamps);
+    assert!(!compiled.job.world.facts().has_asymmetric_lamps);
     for integrator in ["path", "bdpt", "whitted"] {
         assert_floor(integrator, &turned, of_panel().all, "two-sided");
     }
