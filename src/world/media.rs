@@ -246,7 +246,8 @@ mod tests {
         let mut rng = Rng::new(0);
         let mut tally = ShadowTally::default();
         let mut tr = |world: &World, tally: &mut ShadowTally| {
-            world.transmittance_along(&segment, &mut MediumId::NONE, &mut rng, tally)
+            let mut medium = MediumId::NONE;
+            world.transmittance_along(&segment, &mut medium, &mut rng, tally)
         };
         assert_eq!(tr(&world, &mut tally), Rgb::ONE);
         assert_eq!((tally.rays, tally.stuck), (3, 0));
