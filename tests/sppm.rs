@@ -143,7 +143,7 @@ fn light_in_a_round_room_is_a_geometric_series() {
 }
 
 #[test]
-fn photons_of_lamps_that_light_otherwise_than_they_show_are_their_halves() {
+fn photons_of_asymmetric_lamps_agree() {
     // A ball in the middle of the room; mirrored, its drawn normals point to the wall, and those that are found inward.
     let (lamp, wall, le) = (1.0, 2.0, 4.0f64);
     let sine2 = f64::powi(lamp / wall, 2);

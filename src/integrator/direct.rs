@@ -132,7 +132,7 @@ impl Direct {
         let material = world.geometry(seen.hit.target.geometry).material;
         let (materials, textures) = (world.materials(), world.textures());
         let frame = materials.shading_frame(material, surface, &ctx, textures);
-        let mut bsdf = Bsdf::new(frame, surface.n_side);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
         materials.add_lobes(material, &ctx, textures, &mut bsdf);
         if bsdf.has_non_specular() {
             let point = LitPoint::new(&branch.ray, surface, &bsdf);

@@ -6,7 +6,6 @@ use crate::integrator::Counters;
 use crate::light::Wanted;
 use crate::math::Ray;
 use crate::sampler::Sampler;
-use crate::sampling::mis::Heuristic;
 use crate::scatter::{Bsdf, Seen, TransportMode};
 use crate::shape::SurfacePoint;
 use crate::spectrum::Rgb;
@@ -92,9 +91,9 @@ impl<'a> LitPoint<'a> {
             return Rgb::BLACK;
         }
         let weight = if n_found == 0.0 {
-            sample.share_alone()
+            sample.light_sampling_only_factor()
         } else {
-            sample.share(n_found * seen.pdf(sample.wi), || {
+            sample.mis_weight(n_found * seen.pdf(sample.wi), || {
                 seen.pdf_in_pbrt(sample.wi)
             })
         };
@@ -130,7 +129,7 @@ impl<'a> LitPoint<'a> {
                 .heuristic(light)
                 .weight(n_found * drawn.pdf_w, pdf_light)
         };
-        let pdf_found = if world.facts().asks_pbrt() {
+        let pdf_scattering = if world.facts().needs_pdf_scattering(false) {
             seen.pdf_in_pbrt(drawn.wi)
         } else {
             0.0
@@ -138,7 +137,7 @@ impl<'a> LitPoint<'a> {
         let ray = spawn_ray(at.p, at.p_err, at.ng, drawn.wi, at.time);
         let light = light_along(
             world,
-            (at, pdf_found),
+            (at, pdf_scattering),
             ray,
             world.max_crossings(),
             weight,
@@ -149,10 +148,10 @@ impl<'a> LitPoint<'a> {
 }
 
 /// Light along a ray from the receiver `at`, past at most `max_crossings` surfaces that cast no shadow, each light
-/// times its `weight`, a function of its density in solid angle. pbrt-v3 draws the ray with density `pdf_found`.
+/// times its `weight`, a function of its density in solid angle. In pbrt-v3 the ray has density `pdf_scattering`.
 fn light_along(
     world: &World,
-    (at, pdf_found): (&Receiver, f32),
+    (at, pdf_scattering): (&Receiver, f32),
     mut ray: Ray,
     max_crossings: usize,
     weight: impl Fn(LightId, f32) -> f32,
@@ -166,17 +165,12 @@ fn light_along(
         let Some(hit) = world.closest(&ray, f32::INFINITY) else {
             for (id, infinite) in world.infinite_lights() {
                 let (le, pdf_w) = infinite.le_and_pdf(ray.d, at.wanted);
-                // Around media without end both halves are weighed as pbrt-v3 weighs them.
-                let share = match infinite.pdf_in_pbrt(ray.d) {
-                    None => weight(id, pdf_w),
-                    Some(pdf_drawn) => Heuristic::Power.weight(pdf_found, pdf_drawn),
-                };
-                light += le * share;
+                light += le * weight(id, pdf_w);
             }
             return light;
         };
         let surface = world.surface(&ray, &hit);
-        if let Some((id, le)) = world.emitted_onto(at, || pdf_found, &hit, &surface, -ray.d)
+        if let Some((id, le)) = world.emitted_onto(at, || pdf_scattering, &hit, &surface, -ray.d)
             && !le.is_black()
         {
             light += le * weight(id, world.pdf_toward_hit(&hit, &surface, at));
@@ -190,7 +184,7 @@ fn light_along(
         if !world.casts_no_shadow(hit.target, &hit.at, &ray) {
             return light;
         }
-        ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+        ray = spawn_ray(surface.p, surface.p_err, surface.n_surface, ray.d, ray.time);
     }
     counters.stuck_paths += 1;
     light

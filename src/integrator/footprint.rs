@@ -135,7 +135,7 @@ mod tests {
         let hit = world.closest(ray, f32::INFINITY).expect("it hits");
         let surface = world.surface(ray, &hit);
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
-        let mut bsdf = Bsdf::new(frame, surface.n_side);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
         bsdf.add(Bxdf::SmoothDielectric(SmoothDielectric {
             kr: Rgb::ONE,
             kt: Rgb::ONE,

@@ -225,9 +225,12 @@ impl Sppm {
                 .materials()
                 .bsdf(material, &surface, &ctx, world.textures());
             let wo = -ray.d;
+            if surface.shadows_itself(wo) {
+                return;
+            }
             // A beam is as wide as the geometric normal says, and scatters as the shading normal says (Veach 1997,
             // section 5.3).
-            let bend = |w: Vec3| bsdf.abs_cos(w) / surface.ng.abs_dot(w);
+            let bend = |w: Vec3| bsdf.abs_cos(w) / surface.n_surface.abs_dot(w);
             let arriving = flux * bend(wo);
             if !arriving.is_finite() {
                 return;
@@ -248,16 +251,16 @@ impl Sppm {
                 return;
             };
             let mut scattered = arriving * sample.weight * (1.0 / bend(sample.wi));
-            if depth == 1 && world.facts().has_odd_lamps {
+            if depth == 1 && world.facts().has_asymmetric_lamps {
                 let lamp = LampPoint {
                     light: LightId::new(light),
                     p: start.p,
                     ng: start.ng,
                     is_hole: start.is_hole,
                 };
-                let pdf_found = || bsdf.pdf_in_pbrt(sample.wi, wo);
+                let pdf_scattering = || bsdf.pdf_in_pbrt(sample.wi, wo);
                 let from = surface.p;
-                scattered *= world.lamp_factor(&lamp, from, -wo, sample.specular, pdf_found);
+                scattered *= world.lamp_factor(&lamp, from, -wo, sample.specular, pdf_scattering);
             }
             // Photons of like flux tell most: what is absorbed ends paths instead of dimming them.
             let survival = (scattered.max_component() / flux.max_component()).min(1.0);
@@ -271,7 +274,7 @@ impl Sppm {
 }
 
 fn leave(surface: &SurfacePoint, d: Vec3, time: f32) -> Ray {
-    spawn_ray(surface.p, surface.p_err, surface.ng, d, time)
+    spawn_ray(surface.p, surface.p_err, surface.n_surface, d, time)
 }
 
 impl PhotonMap {

@@ -114,7 +114,7 @@ pub fn sample_exit(
                 }
                 roulette *= 2.0;
             }
-            ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, ray.time);
+            ray = spawn_ray(surface.p, surface.p_err, surface.n_surface, d, ray.time);
         }
     }
     found.kept()

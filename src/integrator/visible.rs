@@ -32,7 +32,7 @@ pub(super) fn nearest_visible(
                 is_behind_null: crossings > 0,
             });
         }
-        *ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+        *ray = spawn_ray(surface.p, surface.p_err, surface.n_surface, ray.d, ray.time);
     }
     counters.stuck_paths += 1;
     None

@@ -125,7 +125,7 @@ impl InfiniteLight {
     }
 
     /// Prepares [`InfiniteLight::pdf_in_pbrt`].
-    pub(crate) fn weigh_as_pbrt(&mut self) {
+    pub(crate) fn prepare_pbrt_density(&mut self) {
         self.pbrt_density = Some(match &self.map {
             Some(map) => {
                 PbrtDensity::of_map(map.luminances(self.radiance), map.placement().clone())
@@ -137,10 +137,12 @@ impl InfiniteLight {
         });
     }
 
-    /// Density in sr⁻¹ with which pbrt-v3 draws `w`, if pictures depend on it.
+    /// Density in sr⁻¹ of light sampling in pbrt-v3 at the unit direction `w`; 0 where it is not prepared, as no picture
+    /// depends on it.
     #[inline]
-    pub fn pdf_in_pbrt(&self, w: Vec3) -> Option<f32> {
-        self.pbrt_density.as_ref().map(|density| density.pdf_w(w))
+    pub fn pdf_in_pbrt(&self, w: Vec3) -> f32 {
+        let density = self.pbrt_density.as_ref();
+        density.map_or(0.0, |density| density.pdf_w(w))
     }
 
     /// Whether its radiance varies by direction.

@@ -86,9 +86,9 @@ impl Light {
         self.strength().min_component() < 0.0
     }
 
-    /// Whether it is a lamp that anywhere lights otherwise than it shows.
-    pub fn lights_otherwise(&self) -> bool {
-        matches!(self, Self::Area(area) if area.lights_otherwise())
+    /// Whether it is an [asymmetric lamp](crate::world::lamps).
+    pub fn is_asymmetric(&self) -> bool {
+        matches!(self, Self::Area(area) if area.is_asymmetric())
     }
 
     /// If it is a point: its intensity in the unit direction `w`, away from it.
@@ -132,20 +132,20 @@ pub struct AreaLight {
     pub radiance: Rgb,
     /// Whether it emits from the back as well.
     pub two_sided: bool,
-    /// In pbrt-v3, points that are drawn on it have the normal opposite to that which rays find.
+    /// In pbrt-v3, sampled points have the normal opposite to that of hits.
     pub is_turned: bool,
-    /// A mask cuts holes into it, of which pbrt-v3 knows nothing where it draws points.
+    /// A mask cuts holes into it, which light sampling in pbrt-v3 ignores.
     pub has_holes: bool,
 }
 
 impl AreaLight {
-    /// Whether anywhere what lights is not what shows (see [`crate::world::lamps`]).
+    /// Whether light sampling and rays see it differently in pbrt-v3 (see [`crate::world::lamps`]).
     #[inline]
-    pub fn lights_otherwise(&self) -> bool {
+    pub fn is_asymmetric(&self) -> bool {
         self.has_holes || self.is_turned && !self.two_sided
     }
 
-    /// Whether it lights both of its sides, by whatever half of the model.
+    /// Whether it lights both of its sides, by whatever strategy of the model.
     #[inline]
     pub fn lights_both_sides(&self) -> bool {
         self.two_sided || self.is_turned

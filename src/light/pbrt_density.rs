@@ -1,5 +1,5 @@
-//! The density with which pbrt-v3 draws directions toward a sky. None are drawn with it here: pictures depend on it where
-//! light that is drawn and light that is found are not the same (see [`crate::world::Facts::has_endless_sky`]).
+//! The density of light sampling in pbrt-v3 toward a sky. No direction is sampled with it here: MIS weights depend on it
+//! where they change the picture (see [`crate::world::skies`]).
 //!
 //! It is constant in cells, two by two for each texel, in proportion to the luminance that a filtered look-up finds in the
 //! middle of the cell, times the sine of the polar angle there.

@@ -16,7 +16,7 @@ const DEFAULT_STEP: f32 = 0.0005;
 /// Least step, relative to the coordinate it is added to: with it the sum still has 8 bits of the step.
 const LEAST_STEP: f32 = 1.0 / 65536.0;
 
-/// The surface with the shading normal and tangent of the displaced one; `ns` stays on the side of `n_side`.
+/// The surface with the shading normal and tangent of the displaced one; `ns` stays on the side of `ng`.
 ///
 /// `height` is in world units. A surface that cannot be displaced, because a derivative is not finite or the result has
 /// no normal, is returned as it is.
@@ -42,7 +42,7 @@ pub fn bumped(
     let dpdv = bent(1, surface.dndv);
     match normal(dpdu, dpdv) {
         Some(n) => SurfacePoint {
-            ns: Normal3::from_f64(n).face_forward(surface.n_side),
+            ns: Normal3::from_f64(n).face_forward(surface.ng),
             tangent: Vec3::from_f64(dpdu),
             ..*surface
         },

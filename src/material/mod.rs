@@ -173,7 +173,7 @@ impl Materials {
         textures: &Textures,
     ) -> Bsdf<'a> {
         let frame = self.shading_frame(id, surface, ctx, textures);
-        let mut bsdf = Bsdf::new(frame, surface.n_side);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
         self.add_lobes(id, ctx, textures, &mut bsdf);
         bsdf
     }

@@ -70,7 +70,7 @@ pub(super) fn render(
     let pass = Pass {
         job,
         sppm,
-        lights: job.world.emitter_choice(LightStrategy::Power),
+        lights: job.world.emitter_choice(LightStrategy::Power, |_| true),
         n_photons: n_photons(job, sppm),
         cancel,
     };

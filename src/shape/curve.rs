@@ -431,7 +431,7 @@ impl Curves {
             p,
             p_err: self.error_box * (2.0 * width as f32) + Vec3(rounding),
             ng,
-            n_side: ng,
+            n_surface: ng,
             ns: ng,
             uv: [u, v],
             dpdu: Vec3::from_f64(dpdu),

@@ -247,10 +247,12 @@ impl Mesh {
     fn place_at(&self, triangle: u32, corners: [DVec3; 3], b: [f64; 3]) -> Place {
         let (p, p_err) = point(corners, off_the_edges(corners, b));
         let (ng, ns) = self.oriented_normals(triangle, corners, b);
+        let ng = Normal3::from_f64(ng);
         Place {
             p,
             p_err,
-            ng: Normal3::from_f64(ng),
+            ng,
+            n_surface: ng,
             ns: Normal3::from_f64(ns),
         }
     }
@@ -258,7 +260,9 @@ impl Mesh {
     /// The surface at a point of a triangle.
     pub fn surface(&self, triangle: u32, barycentric: [f32; 2]) -> SurfacePoint {
         let (corners, b) = (self.corners_f64(triangle), weights(barycentric));
-        let Place { p, p_err, ng, ns } = self.place_at(triangle, corners, b);
+        let Place {
+            p, p_err, ng, ns, ..
+        } = self.place_at(triangle, corners, b);
 
         // Solve for the derivatives by (u, v): dp = dpdu du + dpdv dv along two edges.
         let [uv0, uv1, uv2] = self.corner_uvs(triangle).map(|uv| uv.map(f64::from));
@@ -298,7 +302,7 @@ impl Mesh {
             p,
             p_err,
             ng,
-            n_side: ng,
+            n_surface: ng,
             ns,
             uv: self.uv(triangle, barycentric),
             dpdu: Vec3::from_f64(dpdu),

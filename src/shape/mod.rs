@@ -61,6 +61,8 @@ pub struct Place {
     pub p_err: Vec3,
     /// See [`SurfacePoint::ng`].
     pub ng: Normal3,
+    /// See [`SurfacePoint::n_surface`].
+    pub n_surface: Normal3,
     /// See [`SurfacePoint::ns`].
     pub ns: Normal3,
 }
@@ -69,9 +71,20 @@ impl From<SurfacePoint> for Place {
     #[inline]
     fn from(surface: SurfacePoint) -> Self {
         let SurfacePoint {
-            p, p_err, ng, ns, ..
+            p,
+            p_err,
+            ng,
+            n_surface,
+            ns,
+            ..
         } = surface;
-        Self { p, p_err, ng, ns }
+        Self {
+            p,
+            p_err,
+            ng,
+            n_surface,
+            ns,
+        }
     }
 }
 
@@ -82,12 +95,14 @@ pub struct SurfacePoint {
     pub p: Point3,
     /// Half extents of a box around `p` that holds the exact point.
     pub p_err: Vec3,
-    /// Geometric normal, unit, on the side emission leaves from and `outside` media lie on.
+    /// Geometric normal, unit, on the side emission leaves from and `outside` media lie on. It tells on which side of the
+    /// surface a direction is: for scattering, for media, and for rays that leave.
     pub ng: Normal3,
-    /// Unit normal that tells on which side of the surface a direction is for scattering: `ng`, but for quadrics whose
-    /// normal is not that of their surface.
-    pub n_side: Normal3,
-    /// Shading normal, unit, on the same side as `n_side`.
+    /// Unit normal of the surface as it is, for measures of area and for emission: `ng`, but on quadrics whose normal in
+    /// pbrt-v3 is not that of the surface they are met on. There rays may leave to the wrong side of it, and meet the
+    /// surface at once; `p_err` is so large that they do.
+    pub n_surface: Normal3,
+    /// Shading normal, unit, on the same side as `ng`.
     pub ns: Normal3,
     /// Surface parameters.
     pub uv: [f32; 2],
@@ -114,6 +129,14 @@ pub struct SurfacePoint {
 }
 
 impl SurfacePoint {
+    /// Whether a ray that leaves toward `w` starts on the other side of the surface as it is, by `ng`, and meets the surface
+    /// at once: pbrt-v3's hyperboloids are dark where their normal says that light falls on the side it does not fall on.
+    #[inline]
+    pub fn shadows_itself(&self, w: Vec3) -> bool {
+        let starts_in_front = (w.dot(self.ng) > 0.0) == (self.ng.0.dot(self.n_surface.0) > 0.0);
+        starts_in_front != (w.dot(self.n_surface) > 0.0)
+    }
+
     /// The derivatives of the shading normal, a unit vector, by `u` and `v`.
     pub fn normal_derivatives(&self) -> [Vec3; 2] {
         let ns = Vec3::from(self.ns);
@@ -134,10 +157,10 @@ impl SurfacePoint {
         let vector = |v: Vec3| Vec3::from_f64(transform.vector(v.to_f64()));
         let unit_normal = |n: Normal3| Normal3::from_f64(transform.normal(n.to_f64()).normalize());
         let ng = unit_normal(self.ng);
-        let n_side = if self.n_side == self.ng {
+        let n_surface = if self.n_surface == self.ng {
             ng
         } else {
-            unit_normal(self.n_side)
+            unit_normal(self.n_surface)
         };
         // By the inverse transpose of a map from world to world.
         let world_normal = |n: DVec3| transform.normal(n) * growth;
@@ -148,8 +171,8 @@ impl SurfacePoint {
             p: Point3::from_f64(p),
             p_err: Vec3::from_f64(p_err),
             ng,
-            n_side,
-            ns: Normal3::from_f64(ns / length).face_forward(n_side),
+            n_surface,
+            ns: Normal3::from_f64(ns / length).face_forward(ng),
             uv: self.uv,
             dpdu: vector(self.dpdu),
             dpdv: vector(self.dpdv),
@@ -217,11 +240,14 @@ pub enum Emission {
 }
 
 impl Shape {
-    /// Whether it turns toward the ray that meets it: from the two ends of a segment different surfaces are seen.
-    pub fn faces_rays(&self) -> bool {
+    /// Whether light cannot be followed over it against the direction of paths from the camera: it turns toward the ray
+    /// that meets it, so that different surfaces are seen from the two ends of a segment, or it
+    /// [shadows itself](SurfacePoint::shadows_itself) from rays that leave, and not from those that arrive.
+    pub fn is_one_way(&self) -> bool {
         match self {
             Self::Curves(curves) => curves.style() != CurveStyle::Ribbon,
-            Self::Mesh(_) | Self::Quadric(_) => false,
+            Self::Quadric(quadric) => quadric.has_normal_of_its_own(),
+            Self::Mesh(_) => false,
         }
     }
 

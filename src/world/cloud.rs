@@ -611,7 +611,7 @@ mod tests {
             };
             let mut tr = |world: &World| {
                 world
-                    .transmittance_along(&segment, declared, &mut rng, &mut tally)
+                    .transmittance_along(&segment, &mut { declared }, &mut rng, &mut tally)
                     .g()
             };
             let (ours, expected) = (tr(&world), tr(&by_walls));

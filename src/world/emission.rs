@@ -13,8 +13,8 @@
 //! Light from far away is sent across a disk as wide as the scene or, most of it, across one around what camera paths get
 //! to ([`World::aim_far_light`]). Its density is the sum over both: of its line alone, wherever on it the ray starts.
 //!
-//! A lamp that lights otherwise than it shows (see [`crate::world::lamps`]) emits its radiance to both sides, from its holes
-//! as well; what arrives is that times a factor that depends on who receives it.
+//! An asymmetric lamp (see [`crate::world::lamps`]) emits its radiance to both sides, from its holes as well; what arrives is
+//! that times a factor that depends on who receives it.
 //!
 //! On curves the direction is drawn first, and `pdf_pos` is conditional on it.
 
@@ -249,6 +249,7 @@ impl World {
             p: at.p,
             p_err: at.p_err,
             ng: at.ng,
+            n_surface: at.ng,
             ns: at.ng,
         };
         let declared = self.light_medium(light);
@@ -329,11 +330,21 @@ impl World {
 
     /// Chooses lights that light paths start from. Of light from far away what counts is what is sent where it is aimed
     /// at, however wide the scene is.
-    pub fn emitter_choice(&self, strategy: LightStrategy) -> LightChoice {
-        match strategy {
-            LightStrategy::Power => LightChoice::new(&self.power_weights(self.reach().1)),
-            LightStrategy::Uniform | LightStrategy::Spatial => self.light_choice(strategy),
+    pub fn emitter_choice(
+        &self,
+        strategy: LightStrategy,
+        sends: impl Fn(LightId) -> bool,
+    ) -> LightChoice {
+        let mut weights = match strategy {
+            LightStrategy::Power => self.power_weights(self.reach().1),
+            LightStrategy::Uniform | LightStrategy::Spatial => self.light_weights(strategy),
+        };
+        for (index, weight) in weights.iter_mut().enumerate() {
+            if !sends(LightId::new(index)) {
+                *weight = 0.0;
+            }
         }
+        LightChoice::new(&weights)
     }
 
     /// Centre and radius of a sphere around what camera paths get to; around all surfaces if that is not known.

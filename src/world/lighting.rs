@@ -10,13 +10,10 @@ use crate::sampling::mis::Heuristic;
 use crate::sampling::rng::Rng;
 use crate::shape::{Place, SurfacePoint};
 use crate::spectrum::Rgb;
-use crate::world::lamps::{Halves, LampPoint};
+use crate::world::lamps::{LampPoint, LampVisibility};
 use crate::world::segment::{Aim, Segment};
+use crate::world::skies;
 use crate::world::{ElementRef, Hit, ShadowTally, World};
-
-/// How lights at infinity are shared. Samples of skies make up for what directions miss (see `light/environment.rs`), by
-/// densities that add up.
-const ENVIRONMENT: Heuristic = Heuristic::Balance;
 
 /// A point that receives light: on a surface, or in a medium.
 #[derive(Clone, Copy, Debug)]
@@ -44,7 +41,7 @@ pub struct LightSample {
     pub pdf: f32,
     /// No other strategy can find this light.
     pub is_delta: bool,
-    sharing: Sharing,
+    rule: MisRule,
     /// The point aimed at; meaningless for light from infinitely far away.
     pub p: Point3,
     /// The emitting surface's normal there; zero off surfaces.
@@ -53,73 +50,86 @@ pub struct LightSample {
     shadow: Segment,
 }
 
-/// How light is shared between samples of it and directions that find it.
+/// How light samples are weighed beside directions that find the light.
 #[derive(Clone, Copy, Debug)]
-enum Sharing {
-    /// Both find the same: by the densities with which they do.
-    Alike(Heuristic),
-    /// A point of a lamp that lights otherwise than it shows. Directions do not find what is cut out.
-    Lamp { halves: Halves, is_hole: bool },
-    /// A sky around a medium without end, which pbrt-v3 draws with density `pdf_drawn`: light that is drawn comes through
-    /// other lengths of the medium than light that is found.
-    EndlessSky { pdf_drawn: f32 },
+enum MisRule {
+    /// By the densities of both.
+    Densities,
+    /// The same for a sky, which may be beyond a medium without end.
+    Sky(LightId),
+    /// A point of an asymmetric lamp. Directions do not find what is cut out.
+    AsymmetricLamp {
+        visibility: LampVisibility,
+        is_hole: bool,
+    },
 }
 
 impl LightSample {
-    /// What the sample counts beside a direction drawn with density `pdf_w`, in sr⁻¹. `pdf_found` is the density with
-    /// which pbrt-v3 draws that direction, where pictures depend on it.
+    /// MIS weight beside a direction drawn with density `pdf_w`, in sr⁻¹, times the part of the radiance that an asymmetric
+    /// lamp lights the receiver with. `pdf_scattering` is the density of the direction in pbrt-v3's BSDF sampling.
     #[inline]
-    pub fn share(&self, pdf_w: f32, pdf_found: impl FnOnce() -> f32) -> f32 {
+    pub fn mis_weight(&self, pdf_w: f32, pdf_scattering: impl FnOnce() -> f32) -> f32 {
         if self.is_delta {
             return 1.0;
         }
-        match &self.sharing {
-            Sharing::Alike(heuristic) => heuristic.weight(self.pdf, pdf_w),
-            Sharing::Lamp { halves, is_hole } => {
+        match &self.rule {
+            MisRule::Densities => Heuristic::Power.weight(self.pdf, pdf_w),
+            MisRule::Sky(_) => skies::HEURISTIC.weight(self.pdf, pdf_w),
+            MisRule::AsymmetricLamp {
+                visibility,
+                is_hole,
+            } => {
                 let weight = if *is_hole {
                     1.0
                 } else {
                     Heuristic::Power.weight(self.pdf, pdf_w)
                 };
-                weight * halves.factor(pdf_found)
+                weight * visibility.radiance_factor(pdf_scattering)
             }
-            Sharing::EndlessSky { pdf_drawn } => Heuristic::Power.weight(*pdf_drawn, pdf_found()),
         }
     }
 
-    /// What it counts where nothing else looks for light: pbrt-v3 then heeds only what it draws.
+    /// MIS weight of a sample whose shadow ray has left the scene in a medium without end: `None` where that does not
+    /// matter. See [`crate::world::skies`].
     #[inline]
-    pub fn share_alone(&self) -> f32 {
-        match &self.sharing {
-            Sharing::Lamp { halves, .. } if !halves.drawn => 0.0,
+    pub fn endless_weight(
+        &self,
+        world: &World,
+        pdf_scattering: impl FnOnce() -> f32,
+    ) -> Option<f32> {
+        let MisRule::Sky(light) = self.rule else {
+            return None;
+        };
+        let [of_light, _] = world.endless_weights(light, self.wi, pdf_scattering)?;
+        Some(of_light)
+    }
+
+    /// The part of its radiance that counts in an integrator that samples lights alone: pbrt-v3's sees what light
+    /// sampling sees.
+    #[inline]
+    pub fn light_sampling_only_factor(&self) -> f32 {
+        match &self.rule {
+            MisRule::AsymmetricLamp { visibility, .. } if !visibility.to_light_sampling => 0.0,
             _ => 1.0,
         }
     }
 
     /// The part of its radiance with which it lights the receiver, by all strategies together.
     #[inline]
-    pub fn factor(&self, pdf_found: impl FnOnce() -> f32) -> f32 {
-        match &self.sharing {
-            Sharing::Lamp { halves, .. } => halves.factor(pdf_found),
-            Sharing::Alike(_) | Sharing::EndlessSky { .. } => 1.0,
+    pub fn radiance_factor(&self, pdf_scattering: impl FnOnce() -> f32) -> f32 {
+        match &self.rule {
+            MisRule::AsymmetricLamp { visibility, .. } => {
+                visibility.radiance_factor(pdf_scattering)
+            }
+            MisRule::Densities | MisRule::Sky(_) => 1.0,
         }
     }
 
     /// Whether no direction finds it: it is a delta, or cut out of a lamp.
     #[inline]
-    pub fn is_hidden(&self) -> bool {
-        self.is_delta || matches!(self.sharing, Sharing::Lamp { is_hole: true, .. })
-    }
-
-    /// If it is of a sky around a medium without end: what it counts beside all other strategies.
-    #[inline]
-    pub fn share_of_endless_sky(&self, pdf_found: impl FnOnce() -> f32) -> Option<f32> {
-        match &self.sharing {
-            Sharing::EndlessSky { pdf_drawn } => {
-                Some(Heuristic::Power.weight(*pdf_drawn, pdf_found()))
-            }
-            Sharing::Alike(_) | Sharing::Lamp { .. } => None,
-        }
+    pub fn is_hidden_from_rays(&self) -> bool {
+        let is_hole = matches!(self.rule, MisRule::AsymmetricLamp { is_hole: true, .. });
+        self.is_delta || is_hole
     }
 
     /// What must be free for the light to arrive.
@@ -129,11 +139,11 @@ impl LightSample {
 }
 
 impl World {
-    /// How a light is shared between its own samples and directions that find it.
+    /// The MIS heuristic for samples of a light and directions that find it.
     #[inline]
     pub fn heuristic(&self, light: LightId) -> Heuristic {
         match self.light(light) {
-            Light::Infinite(_) => ENVIRONMENT,
+            Light::Infinite(_) => skies::HEURISTIC,
             _ => Heuristic::Power,
         }
     }
@@ -265,10 +275,7 @@ impl World {
                     radiance: sample.radiance,
                     pdf: sample.pdf_w * pmf,
                     is_delta: false,
-                    sharing: match infinite.pdf_in_pbrt(wi) {
-                        None => Sharing::Alike(ENVIRONMENT),
-                        Some(pdf_drawn) => Sharing::EndlessSky { pdf_drawn },
-                    },
+                    rule: MisRule::Sky(light),
                     p: Point3::ZERO,
                     ng: Normal3::ZERO,
                     shadow: Segment::to_infinity(at, wi),
@@ -305,7 +312,7 @@ impl World {
             radiance,
             pdf: pmf,
             is_delta: true,
-            sharing: Sharing::Alike(Heuristic::Power),
+            rule: MisRule::Densities,
             p: Point3::ZERO,
             ng: Normal3::ZERO,
             shadow,
@@ -331,27 +338,30 @@ impl World {
             return None;
         }
         let wi = (sample.p - at.p).try_normalize()?;
-        let (mut radiance, mut sharing) =
-            (area.le(sample.ng, -wi), Sharing::Alike(Heuristic::Power));
-        if area.lights_otherwise() {
+        let (mut radiance, mut rule) = (area.le(sample.ng, -wi), MisRule::Densities);
+        if area.is_asymmetric() {
             let lamp = LampPoint {
                 light,
                 p: sample.p,
                 ng: sample.ng,
                 is_hole,
             };
-            let halves = self.halves_of(area, &lamp, at.p, -wi);
-            radiance = if halves.drawn || halves.found {
+            let visibility = self.visibility_of(area, &lamp, at.p, -wi);
+            radiance = if visibility.to_light_sampling || visibility.to_rays {
                 area.radiance
             } else {
                 Rgb::BLACK
             };
-            sharing = Sharing::Lamp { halves, is_hole };
+            rule = MisRule::AsymmetricLamp {
+                visibility,
+                is_hole,
+            };
         }
         let place = Place {
             p: sample.p,
             p_err: sample.p_err,
             ng: sample.ng,
+            n_surface: sample.ng,
             ns: sample.ng,
         };
         let p_err = self.widened_on(target, &place, sample.barycentric, wi, at.time);
@@ -366,7 +376,7 @@ impl World {
             radiance,
             pdf: sample.pdf_w * pmf,
             is_delta: false,
-            sharing,
+            rule,
             p: sample.p,
             ng: sample.ng,
             shadow: Segment::new(at, end, wi, Some(aim)),
@@ -390,11 +400,11 @@ impl World {
     }
 
     /// Unbiased estimate of the part of the light that arrives through media and null surfaces, for a receiver in
-    /// `medium`. What it met is added to `tally`.
+    /// `medium`, which is the medium at the other end afterwards. What it met is added to `tally`.
     pub fn transmittance(
         &self,
         sample: &LightSample,
-        medium: MediumId,
+        medium: &mut MediumId,
         rng: &mut Rng,
         tally: &mut ShadowTally,
     ) -> Rgb {
@@ -410,7 +420,7 @@ impl World {
         }
         let id = LightId(first.0 + hit.target.element);
         match &self.lights[id.index()] {
-            Light::Area(area) => Some((id, area.le(surface.ng, wo))),
+            Light::Area(area) => Some((id, area.le(surface.n_surface, wo))),
             _ => None,
         }
     }
@@ -441,7 +451,7 @@ impl World {
     /// if the light is certain.
     pub fn pdf_toward_hit(&self, hit: &Hit, surface: &SurfacePoint, at: &Receiver) -> f32 {
         let shape = &self.geometry(hit.target.geometry).shape;
-        shape.pdf_toward(hit.target.element, at.p, surface.p, surface.ng)
+        shape.pdf_toward(hit.target.element, at.p, surface.p, surface.n_surface)
     }
 
     /// Radiance of the infinite lights from the unit direction `w`.
@@ -455,23 +465,6 @@ impl World {
     pub fn light_seen(&self, ray: &Ray) -> Rgb {
         self.lamp_seen(ray)
             .unwrap_or_else(|| self.environment(ray.d))
-    }
-
-    /// The same as it is found from a receiver in a direction drawn with density `pdf_w`, beside samples of the lights by
-    /// [`World::sample_light`]. `pdf_found` is the density with which pbrt-v3 draws that direction, where pictures
-    /// depend on it.
-    #[inline]
-    pub fn environment_onto(&self, at: &Receiver, pdf_w: f32, pdf_found: f32, w: Vec3) -> Rgb {
-        self.infinite_lights()
-            .map(|(id, light)| {
-                let (le, pdf_light) = light.le_and_pdf(w, at.wanted);
-                let weight = match light.pdf_in_pbrt(w) {
-                    None => ENVIRONMENT.weight(pdf_w, pdf_light * self.light_pmf(at, id)),
-                    Some(pdf_drawn) => Heuristic::Power.weight(pdf_found, pdf_drawn),
-                };
-                le * weight
-            })
-            .sum()
     }
 
     /// The lights that surround the scene.

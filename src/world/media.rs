@@ -124,15 +124,16 @@ impl World {
     }
 
     /// Unbiased estimate of the light that passes along a segment that starts in `medium`: through media and null
-    /// surfaces, not through anything else. What it met is added to `tally`.
+    /// surfaces, not through anything else. Afterwards `medium` is that at its end, if light passes. What it met is added to
+    /// `tally`.
     pub fn transmittance_along(
         &self,
         segment: &Segment,
-        mut medium: MediumId,
+        medium: &mut MediumId,
         rng: &mut Rng,
         tally: &mut ShadowTally,
     ) -> Rgb {
-        if let Some(cloud) = self.cloud_around(segment.ray.o, medium) {
+        if let Some(cloud) = self.cloud_around(segment.ray.o, *medium) {
             return self.dimmed_past_walls(segment, cloud, rng, tally);
         }
         let Segment {
@@ -167,7 +168,7 @@ impl World {
                     None if target.is_some() => t_max,
                     None => (self.horizon - travelled).max(0.0),
                 };
-                tr *= self.medium(medium).transmittance(&ray, end, rng);
+                tr *= self.medium(*medium).transmittance(&ray, end, rng);
                 if tr.is_black() {
                     return tr;
                 }
@@ -179,11 +180,11 @@ impl World {
             {
                 return Rgb::BLACK;
             }
-            let (behind, n_mismatched) = self.medium_behind_null(&ray, &hit, &place, medium);
+            let (behind, n_mismatched) = self.medium_behind_null(&ray, &hit, &place, *medium);
             tally.mismatched += n_mismatched;
-            medium = behind;
+            *medium = behind;
             let met = ray.at(hit.at.t);
-            ray = spawn_ray(place.p, place.p_err, place.ng, ray.d, ray.time);
+            ray = spawn_ray(place.p, place.p_err, place.n_surface, ray.d, ray.time);
             travelled += hit.at.t;
             // A point of a large surface may lie beside the ray by its rounding error. Aimed anew, the ray still
             // ends where it should; parallel to itself it could meet a small light elsewhere, or miss it.
@@ -245,7 +246,8 @@ mod tests {
         let mut rng = Rng::new(0);
         let mut tally = ShadowTally::default();
         let mut tr = |world: &World, tally: &mut ShadowTally| {
-            world.transmittance_along(&segment, MediumId::NONE, &mut rng, tally)
+            let mut medium = MediumId::NONE;
+            world.transmittance_along(&segment, &mut medium, &mut rng, tally)
         };
         assert_eq!(tr(&world, &mut tally), Rgb::ONE);
         assert_eq!((tally.rays, tally.stuck), (3, 0));

@@ -15,6 +15,7 @@ pub mod lighting;
 pub mod media;
 pub mod segment;
 pub mod selection;
+pub mod skies;
 mod stack;
 mod veils;
 
@@ -40,7 +41,7 @@ pub use emission::EmissionSample;
 pub use instance::{Instance, Object};
 use items::Slot;
 pub use lamp_copies::{CopiedLamp, LampCopies};
-pub use lamps::{Halves, LampPoint};
+pub use lamps::{LampPoint, LampVisibility};
 pub use lighting::{LightSample, Receiver};
 pub use media::{MediumInterface, ShadowTally};
 pub use segment::{Aim, Segment};
@@ -106,19 +107,19 @@ pub struct Facts {
     pub has_points_in_fog: bool,
     /// Some surface emits.
     pub has_lamps: bool,
-    /// Some lamp lights otherwise than it shows.
-    pub has_odd_lamps: bool,
-    /// Some sky may be around a medium without end: what it brings is shared as in pbrt-v3.
-    pub has_endless_sky: bool,
+    /// Some lamp is [asymmetric](lamps).
+    pub has_asymmetric_lamps: bool,
+    /// Rays may leave the scene in a medium without end, toward a light at infinity: see [`skies`].
+    pub has_endless_media: bool,
     /// Some light is negative in some channel: so may radiances be, which are a sign of a fault elsewhere.
     pub has_negative_light: bool,
 }
 
 impl Facts {
-    /// Whether pictures depend on the densities with which pbrt-v3 draws directions.
+    /// Whether pictures depend on densities of pbrt-v3's BSDF sampling, by an integrator that heeds media or does not.
     #[inline]
-    pub fn asks_pbrt(&self) -> bool {
-        self.has_odd_lamps || self.has_endless_sky
+    pub fn needs_pdf_scattering(&self, heeds_media: bool) -> bool {
+        self.has_asymmetric_lamps || heeds_media && self.has_endless_media
     }
 }
 
@@ -258,16 +259,8 @@ impl World {
             has_points_in_fog: parts.lights.iter().any(|l| l.position().is_some())
                 && parts.media.iter().any(Medium::is_fog),
             has_lamps: parts.geometries.iter().any(|g| g.first_light.is_some()),
-            has_odd_lamps: parts.lights.iter().any(Light::lights_otherwise),
-            // A grid ends by itself: light that is drawn and light that is found come through all of it.
-            has_endless_sky: bounded_media
-                .iter()
-                .zip(&parts.media)
-                .any(|(is_bounded, medium)| !is_bounded && !matches!(medium, Medium::Grid(_)))
-                && parts
-                    .lights
-                    .iter()
-                    .any(|light| matches!(light, Light::Infinite(_))),
+            has_asymmetric_lamps: parts.lights.iter().any(Light::is_asymmetric),
+            has_endless_media: skies::may_be_endless(&parts, &bounded_media),
             has_negative_light: parts.lights.iter().any(Light::is_partly_negative),
         };
         let veils = if parts.draws_light_in_media {
@@ -275,10 +268,10 @@ impl World {
         } else {
             Veils::default()
         };
-        if facts.has_endless_sky {
+        if facts.has_endless_media {
             for light in &mut parts.lights {
                 if let Light::Infinite(infinite) = light {
-                    infinite.weigh_as_pbrt();
+                    infinite.prepare_pbrt_density();
                 }
             }
         }

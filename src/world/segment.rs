@@ -87,7 +87,7 @@ impl World {
             Shape::Mesh(_) | Shape::Curves(_) => false,
             Shape::Quadric(quadric) => {
                 let ng = if hit.instance.is_some() {
-                    self.surface(&segment.ray, hit).ng
+                    self.surface(&segment.ray, hit).n_surface
                 } else {
                     quadric.normal(&segment.ray, hit.at.t)
                 };

@@ -130,7 +130,7 @@ impl World {
         LightChoice::new(&self.light_weights(strategy))
     }
 
-    fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
+    pub(super) fn light_weights(&self, strategy: LightStrategy) -> Vec<f64> {
         match strategy {
             LightStrategy::Uniform => vec![1.0; self.lights.len()],
             LightStrategy::Power => self.power_weights(self.view_radius),

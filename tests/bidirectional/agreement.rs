@@ -45,8 +45,8 @@ fn bdpt_is_path_tracing_under_lights_of_every_kind() {
     }
 }
 
-/// Lamps that light otherwise than they show.
-const ODD_LAMPS: &[(&str, &str)] = &[
+/// Lamps that light sampling and rays see differently.
+const ASYMMETRIC_LAMPS: &[(&str, &str)] = &[
     (
         "alpha 0",
         "AttributeBegin AreaLightSource \"diffuse\" \"rgb L\" [9 8 7]\n\
@@ -82,15 +82,15 @@ const ROUGH_BALL: &str = "AttributeBegin Material \"glass\" \"float uroughness\"
      Translate 0 .4 -1 Shape \"sphere\" \"float radius\" .35 AttributeEnd\n";
 
 #[test]
-fn odd_lamps_light_alike_from_both_ends() {
-    for (name, lamp) in ODD_LAMPS {
+fn asymmetric_lamps_agree_from_both_ends() {
+    for (name, lamp) in ASYMMETRIC_LAMPS {
         assert_agree(PATH, CAMERA, &format!("{ROOM}{ROUGH_BALL}{lamp}"), name);
     }
 }
 
 #[test]
-fn odd_lamps_light_fog_alike_from_both_ends() {
-    for (name, lamp) in ODD_LAMPS {
+fn asymmetric_lamps_in_fog_agree() {
+    for (name, lamp) in ASYMMETRIC_LAMPS {
         assert_agree(VOLPATH, CAMERA, &fog(lamp), name);
     }
 }

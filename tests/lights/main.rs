@@ -7,9 +7,10 @@ mod scene;
 #[path = "../common/seen.rs"]
 mod seen;
 
+mod asymmetric_lamps;
 mod bad;
 mod choice;
 mod emission;
-mod odd_lamps;
 mod positional;
+mod self_shadows;
 mod setup;

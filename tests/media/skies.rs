@@ -1,13 +1,13 @@
 //! Grids under skies that are maps: directions are drawn by what comes through the grid to a place.
 
 use tyndall::compile::CompileOptions;
-use tyndall::ids::MediumId;
+use tyndall::ids::{LightId, MediumId};
 use tyndall::light::Wanted;
 use tyndall::math::Point3;
-use tyndall::world::World;
+use tyndall::world::{LightStrategy, World};
 
 use crate::nebula::Nebula;
-use crate::probe::{Probe, assert_mean};
+use crate::probe::{Probe, assert_exact, assert_mean};
 use crate::scene::compile_scene;
 use crate::solids::{V, homogeneous, null_box, null_sphere, seen_by};
 
@@ -117,6 +117,135 @@ fn a_sky_that_is_drawn_comes_through_two_radii_of_an_endless_medium() {
         for integrator in ["volpath", "bdpt", "mlt"] {
             let scene = seen_by(integrator, 1, [0.1, 0.2, 0.5], [0.0, 0.0, -1.0], &world);
             assert_mean(&scene, 60_000, expected, &format!("{integrator}, {turn}"));
+        }
+    }
+}
+
+/// A floor in vacuum under an even sky, and above a point of it a null disk beyond which an absorber begins and does not end.
+const BEHIND_A_PANE: &str = "MakeNamedMedium \"dark\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [.1 .3 0] \"rgb sigma_s\" [0 0 0]\n\
+     LightSource \"infinite\" \"rgb L\" [2 2 2]\n\
+     AttributeBegin Material \"matte\" \"rgb Kd\" [.5 .5 .5] Shape \"disk\" \"float radius\" 4 AttributeEnd\n\
+     AttributeBegin MediumInterface \"\" \"dark\" Material \"\" Translate 0 0 1 Shape \"disk\" AttributeEnd\n";
+
+#[test]
+fn skies_are_weighed_by_where_rays_leave_the_scene() {
+    use std::f64::consts::PI;
+    let n = 100_000;
+    let (mut clear, mut dimmed) = (0.0, [0.0; 3]);
+    for i in 0..n {
+        let cos: f64 = (f64::from(i) + 0.5) / f64::from(n);
+        let value = 2.0 * cos / f64::from(n);
+        if cos * cos < 0.5 {
+            clear += value;
+            continue;
+        }
+        let (light, lobe) = (1.0 / (2.0 * PI * PI * (1.0 - cos * cos).sqrt()), cos / PI);
+        let w = 1.0 / (1.0 + (lobe / light).powi(2));
+        // Two radii of the scene, less the way to the disk.
+        let length = 129f64.sqrt() - 1.0 / cos;
+        for (sum, sigma) in dimmed.iter_mut().zip([0.1, 0.3, 0.0f64]) {
+            let found = if sigma > 0.0 { 0.0 } else { 1.0 - w };
+            *sum += value * (w * (-sigma * length).exp() + found);
+        }
+    }
+    let expected = dimmed.map(|dimmed| clear + dimmed);
+    for integrator in ["volpath", "bdpt", "mlt"] {
+        let scene = seen_by(
+            integrator,
+            1,
+            [0.1, 0.2, 0.5],
+            [-0.1, -0.2, -0.5],
+            BEHIND_A_PANE,
+        );
+        assert_mean(&scene, 60_000, expected, integrator);
+    }
+}
+
+#[test]
+fn an_endless_medium_elsewhere_changes_no_sample() {
+    let beside = |media: &str| {
+        let dark = homogeneous("dark", [0.3; 3], [0.5; 3], 0.0);
+        let floor =
+            "AttributeBegin Material \"plastic\" Shape \"disk\" \"float radius\" 4 AttributeEnd\n";
+        let ball = format!(
+            "AttributeBegin MediumInterface {media} Translate 1 0 .5 Shape \"sphere\" \"float radius\" .3 AttributeEnd\n"
+        );
+        // Most boundaries say that the camera is in vacuum: those of a large ball below the floor.
+        let below = "AttributeBegin MediumInterface \"dark\" \"\" Translate 0 0 -3 Shape \"sphere\" \"float radius\" 2 AttributeEnd\n";
+        let scene = seen_by(
+            "volpath",
+            1,
+            [0.1, 0.2, 0.5],
+            [0.0, 0.0, -1.0],
+            &format!("{SKY}{dark}{floor}{ball}{below}MediumInterface \"\" \"\""),
+        );
+        probe(&scene).samples(200)
+    };
+    assert_eq!(beside("\"\" \"dark\""), beside("\"dark\" \"\""));
+}
+
+#[test]
+fn distant_lights_come_through_two_radii_of_an_endless_medium() {
+    // The light is declared in vacuum or in the medium, which makes no difference.
+    let dark = "MakeNamedMedium \"dark\" \"string type\" \"homogeneous\" \"rgb sigma_a\" [.1 .3 0] \"rgb sigma_s\" [0 0 0]\n";
+    let sun =
+        "LightSource \"distant\" \"point from\" [1 0 1] \"point to\" [0 0 0] \"rgb L\" [2 2 2]\n";
+    let floor = "Material \"matte\" \"rgb Kd\" [.5 .5 .5] Shape \"disk\"\n";
+    let around = "MediumInterface \"\" \"dark\"\n";
+    let expected = [0.1, 0.3, 0.0].map(|sigma: f64| {
+        let reflected = 2.0 * 0.5f64.sqrt() * 0.5 / std::f64::consts::PI;
+        reflected * (-sigma * (8f64.sqrt() + 0.5)).exp()
+    });
+    for world in [
+        format!("{dark}{sun}{floor}{around}"),
+        format!("{dark}{around}{sun}{floor}"),
+    ] {
+        for integrator in ["volpath", "bdpt", "mlt"] {
+            let scene = seen_by(integrator, 1, [0.1, 0.2, 0.5], [0.0, 0.0, -1.0], &world);
+            assert_exact(&scene, expected, integrator);
+        }
+    }
+}
+
+#[test]
+fn suns_in_endless_fog_are_alike_from_both_ends() {
+    let fog = homogeneous("fog", [0.1, 0.3, 0.0], [0.3, 0.2, 0.4], 0.0);
+    let sun = "LightSource \"distant\" \"point from\" [1 1 2] \"rgb L\" [2 2 2]\n";
+    let floor = "AttributeBegin MediumInterface \"fog\" \"fog\" Material \"matte\" Shape \"disk\" AttributeEnd\n";
+    let around = "MediumInterface \"\" \"fog\"\n";
+    for world in [
+        format!("{fog}{sun}{floor}{around}"),
+        format!("{fog}{around}{sun}{floor}"),
+    ] {
+        let scene = |integrator| seen_by(integrator, 2, [0.1, 0.2, 0.5], [0.0, 0.0, -1.0], &world);
+        let means = |integrator| probe(&scene(integrator)).means(100_000);
+        let (ours, others) = (means("volpath"), means("bdpt"));
+        for (a, b) in ours.iter().zip(&others) {
+            a.agrees_with_mean(b).assert_accepted("under a sun");
+        }
+    }
+}
+
+#[test]
+fn no_light_paths_start_at_skies_around_endless_media() {
+    let fog = homogeneous("fog", [0.1; 3], [0.1; 3], 0.0);
+    let lamp = "LightSource \"point\" \"point from\" [0 3 0]\n";
+    let ball = "Shape \"sphere\"\n";
+    for (around, share_of_lamp) in [("MediumInterface \"\" \"fog\"", Some(1.0)), ("", None)] {
+        let world = format!("{SKY}{lamp}{fog}{ball}{around}");
+        let text = format!("{FILM}{}", seen_by("bdpt", 4, EYE, AHEAD, &world));
+        let read = |name: &str| (name == "sky.pfm").then(map);
+        let world = compile_scene(text, &CompileOptions::default(), read)
+            .job
+            .world;
+        let choice =
+            world.emitter_choice(LightStrategy::Power, |light| world.sends_light_paths(light));
+        let is_point = |&id: &LightId| world.light(id).position().is_some();
+        let point = (0..world.n_lights()).map(LightId::new).find(is_point);
+        let pmf = choice.pmf(point.expect("a lamp").index());
+        match share_of_lamp {
+            Some(share) => assert_eq!(pmf, share),
+            None => assert!((0.001..0.999).contains(&pmf), "{pmf}"),
         }
     }
 }

@@ -132,7 +132,7 @@ impl Sheet {
             p: Point3::ZERO,
             p_err: Vec3::ZERO,
             ng: n,
-            n_side: n,
+            n_surface: n,
             ns: n,
             uv: [0.5; 2],
             dpdu: x,

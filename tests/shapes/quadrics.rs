@@ -85,7 +85,7 @@ fn areas_are_those_of_triangulated_copies() {
 /// What a ray sees at a hit.
 fn seen(shape: &Shape, ray: &Ray, element: u32, at: &ElementHit) -> (SurfacePoint, f64) {
     let surface = shape.surface(element, ray, at);
-    let cos = f64::from(surface.ng.dot(ray.d)).abs();
+    let cos = f64::from(surface.n_surface.dot(ray.d)).abs();
     (surface, cos)
 }
 
@@ -136,12 +136,12 @@ fn rays_meet_quadrics_where_they_meet_triangulated_copies() {
                     n_both += 1;
                     let off = f64::from((t - t_copy).abs()) * cos;
                     assert!(off < 4e-3, "{name}: {t} is not {t_copy}: {ray:?}");
-                    let aligned = q.ng.dot(m.ng);
+                    let aligned = q.n_surface.dot(m.ng);
                     assert!(
                         aligned > 0.95,
                         "{name}: normals {:?} {:?}: {ray:?}",
-                        q.ng,
-                        m.ng
+                        q.n_surface,
+                        m.n_surface
                     );
                     for (k, derivative) in [m.dpdu, m.dpdv].into_iter().enumerate() {
                         let off = (q.uv[k] - m.uv[k]).abs() * derivative.length();
@@ -184,7 +184,7 @@ fn derivatives_are_those_of_the_definition() {
             if (surface.p.to_f64() - p).length() > 1e-4 {
                 continue; // Another part of the surface lies in between.
             }
-            let ng = surface.ng.to_f64();
+            let ng = surface.n_surface.to_f64();
             assert!(ng.dot(n) > 0.99, "{name}: {ng} is not {n}");
             let n_by_point = if placed.definition.is_parametrised {
                 2
@@ -309,11 +309,11 @@ fn samples_lie_on_the_surface_and_rays_toward_them_hit_there() {
             let surface = shape.surface(0, &ray, &at);
             let off = surface.p.distance(sample.p);
             assert!(off < 1e-4 || edge, "{name}: {off} off at {:?}", sample.p);
-            let aligned = surface.ng.dot(sample.ng);
+            let aligned = surface.n_surface.dot(sample.ng);
             assert!(
                 aligned > 0.99 || edge,
                 "{name}: {:?} {:?}",
-                surface.ng,
+                surface.n_surface,
                 sample.ng
             );
         }
@@ -444,13 +444,13 @@ fn rays_that_leave_a_quadric_do_not_meet_it_again_at_once() {
             let surface = shape.surface(0, &first, &at);
             let d = direction(&mut random);
             let leaving = ray(DVec3::ZERO, d);
-            let o = offset_origin(surface.p, surface.p_err, surface.ng, leaving.d);
+            let o = offset_origin(surface.p, surface.p_err, surface.n_surface, leaving.d);
             let leaving = Ray { o, ..leaving };
             let Some(again) = hit(shape, &leaving) else {
                 continue;
             };
             // A curve is met again soon only by rays that hardly leave its plane.
-            let cos = f64::from(surface.ng.dot(leaving.d)).abs();
+            let cos = f64::from(surface.n_surface.dot(leaving.d)).abs();
             let p = placed.map.inverse().transform_point3(surface.p.to_f64());
             let size = p.truncate().length();
             assert!(
@@ -535,7 +535,7 @@ fn hyperboloids_are_shaded_by_the_swept_segment() {
         assert!(surface.dpdv.to_f64().distance(along) < 1e-4);
         assert!(surface.dpdu.to_f64().distance(around) < 1e-4);
         let ns = around.cross(along).normalize();
-        assert!(surface.ns.to_f64().dot(ns) > 1.0 - 1e-6 && surface.n_side == surface.ns);
+        assert!(surface.ns.to_f64().dot(ns) > 1.0 - 1e-6 && surface.ng == surface.ns);
         assert!(
             (turn * p1.lerp(p2, v))
                 .truncate()
@@ -543,7 +543,7 @@ fn hyperboloids_are_shaded_by_the_swept_segment() {
                 .abs()
                 < 1e-4
         );
-        most = most.max(surface.ng.to_f64().distance(ns));
+        most = most.max(surface.n_surface.to_f64().distance(ns));
     }
     assert!(n_hits > 300 && most > 0.05, "{n_hits}, {most}");
 }

@@ -19,7 +19,7 @@ fn plane() -> SurfacePoint {
         p: Point3::new(0.6, 1.2, 0.0),
         p_err: Vec3::ZERO,
         ng: Normal3::new(0.0, 0.0, 1.0),
-        n_side: Normal3::new(0.0, 0.0, 1.0),
+        n_surface: Normal3::new(0.0, 0.0, 1.0),
         ns: Normal3::new(0.0, 0.0, 1.0),
         uv: [0.3, 0.3],
         dpdu: Vec3::new(2.0, 0.0, 0.0),
@@ -111,7 +111,7 @@ fn normals_stay_on_the_side_of_the_surface() {
     for side in [1.0, -1.0] {
         let mut surface = plane();
         surface.ng = Normal3::new(0.0, 0.0, side);
-        (surface.ns, surface.n_side) = (surface.ng, surface.ng);
+        surface.ns = surface.ng;
         let mut textures = Textures::default();
         let source = slope(&mut textures, 1.0, 2.0);
         let bumped = bumped(&surface, source, &at(&surface), &textures);

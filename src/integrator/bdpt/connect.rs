@@ -1,7 +1,6 @@
 //! The strategies: how a path is found as a whole from two parts.
 
 use crate::camera::{Arrival, Camera};
-use crate::ids::LightId;
 use crate::integrator::bdpt::strategy::Contribution;
 use crate::integrator::bdpt::subpath::{End, lamp_factor};
 use crate::integrator::bdpt::vertex::{Kind, Vertex};
@@ -10,7 +9,6 @@ use crate::integrator::bdpt::{Numbers, Tracer};
 use crate::integrator::footprint::texture_context;
 use crate::light::Light;
 use crate::math::{Ray, Vec3};
-use crate::sampling::mis::Heuristic;
 use crate::world::Hit;
 
 impl<'a> Tracer<'a> {
@@ -24,6 +22,7 @@ impl<'a> Tracer<'a> {
             d,
             radiance,
             pdf_own,
+            is_endless,
         } = self.ends[index];
         let found = |weight: f64| Contribution {
             carried: radiance,
@@ -34,8 +33,15 @@ impl<'a> Tracer<'a> {
             return found(1.0);
         }
         let before = &self.camera_path[n_before - 1];
-        if let Some(share) = self.share_of_endless_sky(light, before, d) {
-            return found(share);
+        if is_endless {
+            let pdf_scattering = || before.pdf_in_pbrt(before.wo, d);
+            let weights = self.world.endless_weights(light, d, pdf_scattering);
+            let of_scattering = weights.map_or(1.0, |[_, of_scattering]| of_scattering);
+            return found(if before.specular {
+                1.0
+            } else {
+                of_scattering.into()
+            });
         }
         let (emitted, other) = self.emission_densities(light, p, ng, before, -d);
         let ends = Ends {
@@ -72,8 +78,8 @@ impl<'a> Tracer<'a> {
             return Contribution::NONE;
         };
         let (wi, wo) = (sample.wi, vertex.wo);
-        let pdf_found = || vertex.pdf_in_pbrt(wo, wi);
-        let lit = sample.radiance * sample.factor(pdf_found);
+        let pdf_scattering = || vertex.pdf_in_pbrt(wo, wi);
+        let lit = sample.radiance * sample.radiance_factor(pdf_scattering);
         let found = vertex.beta * vertex.passes_from(wi) * lit;
         if found.is_black() {
             return Contribution::NONE;
@@ -88,7 +94,7 @@ impl<'a> Tracer<'a> {
         let ends = Ends {
             direct,
             emitted,
-            is_delta_light: sample.is_hidden(),
+            is_delta_light: sample.is_hidden_from_rays(),
             reaches_film: self.film.is_some(),
             steadiness,
         };
@@ -97,8 +103,7 @@ impl<'a> Tracer<'a> {
         on_light.ng = sample.ng;
         let camera = on_light.density(vertex.p, vertex.pdf_w(wo, wi));
         let back = vertex.pdf_w(wi, wo);
-        let share_of_sky = sample.share_of_endless_sky(pdf_found);
-        let medium = vertex.medium_toward(self.world, wi);
+        let mut medium = vertex.medium_toward(self.world, wi);
         self.densities.clear();
         self.densities.push(Density {
             light: 0.0,
@@ -111,22 +116,22 @@ impl<'a> Tracer<'a> {
         self.densities[1].specular = false;
         self.set_back(t, 1, back);
         let pdf = f64::from(sample.pdf);
-        let weight = match share_of_sky {
-            Some(share) => f64::from(share),
-            None => weight(&self.densities, &ends, 1),
-        };
-        let weighted_factor = weight / pdf;
-        if weighted_factor == 0.0 {
+        let mut weight = weight(&self.densities, &ends, 1);
+        if weight / pdf == 0.0 {
             return Contribution::NONE;
         }
-        let tally = &mut self.counters.shadow;
-        let tr = self
-            .world
-            .transmittance(&sample, medium, &mut self.rng, tally);
+        let (rng, tally) = (&mut self.rng, &mut self.counters.shadow);
+        let tr = self.world.transmittance(&sample, &mut medium, rng, tally);
+        if self.world.is_endless(medium) {
+            let vertex = &self.camera_path[t - 1];
+            let pdf_scattering = || vertex.pdf_in_pbrt(wo, wi);
+            let endless = sample.endless_weight(self.world, pdf_scattering);
+            weight = endless.map_or(weight, f64::from);
+        }
         Contribution {
             carried: found * tr,
             factor: 1.0 / pdf,
-            weighted_factor,
+            weighted_factor: weight / pdf,
         }
     }
 
@@ -171,7 +176,7 @@ impl<'a> Tracer<'a> {
         let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance_along(&segment, medium, &mut self.rng, tally);
+            .transmittance_along(&segment, &mut { medium }, &mut self.rng, tally);
         Contribution {
             carried: found * tr,
             factor: 1.0 / d.length_squared(),
@@ -237,7 +242,7 @@ impl<'a> Tracer<'a> {
         let tally = &mut self.counters.shadow;
         let tr = self
             .world
-            .transmittance_along(&segment, medium, &mut self.rng, tally);
+            .transmittance_along(&segment, &mut { medium }, &mut self.rng, tally);
         let found = Contribution {
             carried: found * tr,
             factor: importance,
@@ -285,25 +290,10 @@ impl<'a> Tracer<'a> {
         })
     }
 
-    /// What a sky counts that the camera path has found in the direction `d` from the vertex `before`, if it is around a
-    /// medium without end; light that mirrors show is found by nothing else.
-    fn share_of_endless_sky(&self, light: LightId, before: &Vertex, d: Vec3) -> Option<f64> {
-        let Light::Infinite(infinite) = self.world.light(light) else {
-            return None;
-        };
-        let pdf_drawn = infinite.pdf_in_pbrt(d)?;
-        Some(if before.specular {
-            1.0
-        } else {
-            let pdf_found = before.pdf_in_pbrt(before.wo, d);
-            f64::from(Heuristic::Power.weight(pdf_found, pdf_drawn))
-        })
-    }
-
-    /// What the light path counts where `vertex`, its last of `s`, sends light toward `w`: a lamp that lights otherwise than
-    /// it shows does so at the second.
+    /// What the light path counts where `vertex`, its last of `s`, sends light toward `w`: an asymmetric lamp counts a part of
+    /// its radiance at the second.
     fn factor_of_start(&self, s: usize, vertex: &Vertex, w: Vec3) -> f32 {
-        if s != 2 || !self.world.facts().has_odd_lamps {
+        if s != 2 || !self.world.facts().has_asymmetric_lamps {
             return 1.0;
         }
         let start = &self.light_path[0];

@@ -122,7 +122,7 @@ impl Emitters {
         let has_extent = |light: &Light| matches!(light, Light::Area(_) | Light::Infinite(_));
         Self {
             any_met: (0..world.n_lights()).any(|i| has_extent(world.light(LightId::new(i)))),
-            choice: world.emitter_choice(strategy),
+            choice: world.emitter_choice(strategy, |light| world.sends_light_paths(light)),
             infinite: (0..world.n_lights())
                 .map(LightId::new)
                 .filter(is_infinite)

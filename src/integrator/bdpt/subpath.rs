@@ -36,6 +36,8 @@ pub(super) struct End {
     pub(super) radiance: Rgb,
     /// Density with which the path meets it; per solid angle if infinitely far away.
     pub(super) pdf_own: f64,
+    /// It is a sky beyond a medium without end.
+    pub(super) is_endless: bool,
 }
 
 /// Which end a path starts at.
@@ -109,7 +111,7 @@ impl<'a> Tracer<'a> {
         };
         let kind = Kind::of_light(self.world, light);
         let is_far = matches!(kind, Kind::FarLight(_));
-        if !starts_light_paths(self.world, light) {
+        if !self.world.sends_light_paths(light) {
             return;
         }
         self.starts_in_hole = sample.is_hole;
@@ -220,11 +222,17 @@ impl<'a> Tracer<'a> {
                 self.counters.mismatched_media += n_mismatched;
                 head.medium = behind;
                 let d = head.ray.d;
-                head.ray = spawn_ray(surface.p, surface.p_err, surface.ng, d, head.ray.time);
+                head.ray = spawn_ray(
+                    surface.p,
+                    surface.p_err,
+                    surface.n_surface,
+                    d,
+                    head.ray.time,
+                );
                 continue;
             }
-            let one_way = geometry.shape.faces_rays();
-            // Seen from here it is not the surface that the camera sees.
+            let one_way = geometry.shape.is_one_way();
+            // Seen from here it is not the surface that the camera sees, or lets rays go elsewhere.
             if path.len() >= head.limit || one_way && matches!(head.from, Side::Light) {
                 return;
             }
@@ -305,7 +313,7 @@ impl<'a> Tracer<'a> {
             return false;
         };
         vertex.specular = specular;
-        if matches!(head.from, Side::Light) && self.world.facts().has_odd_lamps {
+        if matches!(head.from, Side::Light) && self.world.facts().has_asymmetric_lamps {
             head.beta *= lamp_factor(
                 self.world,
                 before,
@@ -361,6 +369,7 @@ impl<'a> Tracer<'a> {
                         d: head.ray.d,
                         radiance,
                         pdf_own: head.pdf,
+                        is_endless: self.world.is_endless(head.medium),
                     });
                 }
             }
@@ -372,13 +381,15 @@ impl<'a> Tracer<'a> {
             return;
         };
         let d = head.ray.d;
-        let emitted = if path.len() == 1 || before.specular || !self.world.facts().has_odd_lamps {
-            self.world.emitted(hit, surface, -d)
-        } else {
-            let at = before.receiver(self.time);
-            let pdf_found = || before.pdf_in_pbrt(before.wo, d);
-            self.world.emitted_onto(&at, pdf_found, hit, surface, -d)
-        };
+        let emitted =
+            if path.len() == 1 || before.specular || !self.world.facts().has_asymmetric_lamps {
+                self.world.emitted(hit, surface, -d)
+            } else {
+                let at = before.receiver(self.time);
+                let pdf_scattering = || before.pdf_in_pbrt(before.wo, d);
+                self.world
+                    .emitted_onto(&at, pdf_scattering, hit, surface, -d)
+            };
         if let Some((light, le)) = emitted
             && !le.is_black()
         {
@@ -386,10 +397,11 @@ impl<'a> Tracer<'a> {
                 light,
                 n_before: path.len(),
                 p: surface.p,
-                ng: surface.ng,
+                ng: surface.n_surface,
                 d,
                 radiance: head.beta * le,
-                pdf_own: density_at(surface.p, surface.ng, before.p, head.pdf),
+                pdf_own: density_at(surface.p, surface.n_surface, before.p, head.pdf),
+                is_endless: false,
             });
         }
     }
@@ -436,7 +448,7 @@ impl<'a> Tracer<'a> {
         let (pdf_pos, pdf_dir) = (f64::from(pdf_pos), f64::from(pdf_dir));
         let from_afar = || far_density(self.world, next.p, next.ng, d);
         match self.world.light(light) {
-            _ if !starts_light_paths(self.world, light) => (0.0, 0.0),
+            _ if !self.world.sends_light_paths(light) => (0.0, 0.0),
             Light::Distant(_) => (pmf, from_afar()),
             Light::Infinite(_) => (pmf * pdf_dir, from_afar()),
             Light::Area(_) => (pmf * pdf_pos, next.density(p, pdf_dir)),
@@ -447,8 +459,7 @@ impl<'a> Tracer<'a> {
     }
 }
 
-/// What the second vertex of a light path counts, which sends light toward `wi`, specularly or not: for lamps that light
-/// otherwise than they show.
+/// The part of an asymmetric lamp's radiance that the second vertex of a light path sends on toward `wi`, specularly or not.
 pub(super) fn lamp_factor(
     world: &World,
     start: &Vertex,
@@ -466,13 +477,8 @@ pub(super) fn lamp_factor(
         ng: start.ng,
         is_hole,
     };
-    let pdf_found = || vertex.pdf_in_pbrt(wi, vertex.wo);
-    world.lamp_factor(&lamp, vertex.p, -vertex.wo, specular, pdf_found)
-}
-
-/// Whether light paths start at a light. What a sky sends through media without end is what light sampling makes of it.
-fn starts_light_paths(world: &World, light: LightId) -> bool {
-    !(world.facts().has_endless_sky && matches!(world.light(light), Light::Infinite(_)))
+    let pdf_scattering = || vertex.pdf_in_pbrt(wi, vertex.wo);
+    world.lamp_factor(&lamp, vertex.p, -vertex.wo, specular, pdf_scattering)
 }
 
 /// Density of a point, per area where the normal is `ng` or per volume where it is zero, for light from far away.

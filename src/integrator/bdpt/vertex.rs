@@ -29,7 +29,7 @@ pub(super) struct Vertex<'a> {
     pub(super) pdf_other: f64,
     /// Its own path goes on specularly.
     pub(super) specular: bool,
-    /// A surface that no path from a light gets to, since it turns toward whoever looks.
+    /// A surface that no path from a light gets to: see [`crate::shape::Shape::is_one_way`].
     pub(super) one_way: bool,
     /// Where its own path met a surface.
     pub(super) hit: Option<Hit>,

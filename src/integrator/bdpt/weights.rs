@@ -17,8 +17,7 @@ pub struct Density {
     pub camera: f64,
     /// The path goes on specularly here: nothing connects to this vertex, and directions from it have no density.
     pub specular: bool,
-    /// Only paths from the camera get here: the surface [turns](crate::shape::Shape::faces_rays), and from the light it
-    /// would be another one.
+    /// Only paths from the camera get here: the surface is [one-way](crate::shape::Shape::is_one_way).
     pub one_way: bool,
 }
 

@@ -267,7 +267,7 @@ impl Path {
         let ctx = texture_context(surface, footprint);
         let (materials, textures) = (world.materials(), world.textures());
         let frame = materials.shading_frame(material, surface, &ctx, textures);
-        let mut bsdf = Bsdf::new(frame, surface.n_side);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
         materials.add_lobes(material, &ctx, textures, &mut bsdf);
         if let Arrival::First { may_fork } = arrival {
             let below = if bsdf.has_non_specular() {

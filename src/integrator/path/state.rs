@@ -34,8 +34,8 @@ pub(super) enum Origin {
     Drawn {
         at: Receiver,
         pdf_w: f32,
-        /// Density with which pbrt-v3 draws the direction; 0 where no picture depends on it.
-        pdf_found: f32,
+        /// Density of the direction in pbrt-v3's BSDF sampling; 0 where no picture depends on it.
+        pdf_scattering: f32,
     },
     /// Light was looked for by other rays, or the model lets none through.
     Hidden,
@@ -105,8 +105,11 @@ impl<O: Observer> State<'_, O> {
             Origin::Drawn {
                 at,
                 pdf_w,
-                pdf_found,
-            } => self.world.environment_onto(&at, pdf_w, pdf_found, w),
+                pdf_scattering,
+            } => {
+                let densities = (pdf_w, pdf_scattering);
+                self.world.environment_onto(&at, densities, self.medium, w)
+            }
             Origin::Hidden => return,
         };
         self.find(LightId::NONE, le, 1.0);
@@ -136,9 +139,9 @@ impl<O: Observer> State<'_, O> {
         let (world, wo) = (self.world, -self.ray.d);
         let emitted = match &self.origin {
             Origin::Certain => world.emitted(hit, surface, wo),
-            Origin::Drawn { at, pdf_found, .. } => {
-                world.emitted_onto(at, || *pdf_found, hit, surface, wo)
-            }
+            Origin::Drawn {
+                at, pdf_scattering, ..
+            } => world.emitted_onto(at, || *pdf_scattering, hit, surface, wo),
             Origin::Hidden => return,
         };
         let Some((light, le)) = emitted.filter(|(_, le)| !le.is_black()) else {
@@ -180,7 +183,7 @@ impl<O: Observer> State<'_, O> {
                 self.counters.stuck_paths += 1;
                 break;
             }
-            self.ray = spawn_ray(surface.p, surface.p_err, surface.ng, ray.d, ray.time);
+            self.ray = spawn_ray(surface.p, surface.p_err, surface.n_surface, ray.d, ray.time);
         }
         self.ray = ray;
         self.origin = Origin::Hidden;
@@ -188,7 +191,12 @@ impl<O: Observer> State<'_, O> {
 
     /// Goes on behind a null surface.
     pub(super) fn cross<const VOLUMETRIC: bool>(&mut self, hit: &Hit, place: &Place) {
-        let &Place { p, p_err, ng, .. } = place;
+        let &Place {
+            p,
+            p_err,
+            n_surface,
+            ..
+        } = place;
         let Ray { d, time, .. } = self.ray;
         if VOLUMETRIC {
             let (behind, n_mismatched) =
@@ -199,7 +207,7 @@ impl<O: Observer> State<'_, O> {
         } else if let Origin::Drawn { .. } = self.origin {
             self.origin = Origin::Hidden;
         }
-        self.ray = spawn_ray(p, p_err, ng, d, time);
+        self.ray = spawn_ray(p, p_err, n_surface, d, time);
         self.see(|state| Event::Crossed {
             medium: state.medium,
         });
@@ -212,7 +220,7 @@ impl<O: Observer> State<'_, O> {
         let place = |t| hit.map_or(t, |hit| stay_inside(world, &ray, t, hit));
         if let Some(light) = fog.sample(u_light, u, place) {
             self.see(|_| Event::Lit { t: light.t });
-            self.add_light::<true>(&light.sample, light.f, light.weight, medium);
+            self.add_light::<true>(&light.sample, light.f, (light.weight, || 0.0), medium);
         }
     }
 
@@ -256,10 +264,11 @@ impl<O: Observer> State<'_, O> {
                 let density = phase.p(wo, sample.wi);
                 let weight = match fog {
                     Some(fog) if sample.is_delta => fog.weight_by_extinction(t, p, light, pmf),
-                    _ => sample.share(density * per_light, || density),
+                    _ => sample.mis_weight(density * per_light, || density),
                 };
                 let f = Rgb::splat(density);
-                self.add_light::<true>(&sample, f, weight * per_light, medium);
+                let weight = (weight * per_light, || density);
+                self.add_light::<true>(&sample, f, weight, medium);
             }
         }
         let (wi, pdf_w) = phase.sample(wo, self.sampler.get_2d());
@@ -271,7 +280,7 @@ impl<O: Observer> State<'_, O> {
                 at,
                 // Beside so many samples of lights.
                 pdf_w: pdf_w * per_light,
-                pdf_found: pdf_w,
+                pdf_scattering: pdf_w,
             }
         };
         self.ray = Ray {
@@ -346,7 +355,7 @@ impl<O: Observer> State<'_, O> {
         // Light leaves as from a diffuse surface, whatever way it came.
         let surface = &exit.surface;
         let frame = Frame::from_normal_tangent(surface.ns, surface.tangent);
-        let mut bsdf = Bsdf::new(frame, surface.n_side);
+        let mut bsdf = Bsdf::new(frame, surface.ng);
         bsdf.add(Bxdf::SubsurfaceExit(bssrdf.exit()));
         let wo = Vec3::from(surface.ns);
         self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo, None)
@@ -400,9 +409,10 @@ impl<O: Observer> State<'_, O> {
         {
             let f = seen.f(sample.wi, TransportMode::Radiance) * bsdf.abs_cos(sample.wi);
             if !f.is_black() {
-                let weight = sample.share(seen.pdf(sample.wi), || seen.pdf_in_pbrt(sample.wi));
+                let pdf_scattering = || seen.pdf_in_pbrt(sample.wi);
+                let weight = sample.mis_weight(seen.pdf(sample.wi), pdf_scattering);
                 let medium = medium_toward(sample.wi, self.medium);
-                self.add_light::<VOLUMETRIC>(&sample, f, weight, medium);
+                self.add_light::<VOLUMETRIC>(&sample, f, (weight, pdf_scattering), medium);
             }
         }
         let (u_lobe, u) = (self.sampler.get_1d(), self.sampler.get_2d());
@@ -419,7 +429,7 @@ impl<O: Observer> State<'_, O> {
             Origin::Drawn {
                 at,
                 pdf_w: sample.pdf_w,
-                pdf_found: if world.facts().asks_pbrt() {
+                pdf_scattering: if world.facts().needs_pdf_scattering(VOLUMETRIC) {
                     seen.pdf_in_pbrt(sample.wi)
                 } else {
                     0.0
@@ -445,20 +455,30 @@ impl<O: Observer> State<'_, O> {
         Some(sample.transmitted)
     }
 
-    /// Adds light that was sampled, if it is seen; `f` includes the cosine.
+    /// Adds light that was sampled, if it is seen, by its MIS weight and the density of the direction in pbrt-v3's BSDF
+    /// sampling; `f` includes the cosine.
     fn add_light<const VOLUMETRIC: bool>(
         &mut self,
         sample: &LightSample,
         f: Rgb,
-        weight: f32,
-        medium: MediumId,
+        (mut weight, pdf_scattering): (f32, impl FnOnce() -> f32),
+        mut medium: MediumId,
     ) {
+        let beta = self.beta;
         // First what is near 1: the product of all but the density may overflow.
-        let contribution = self.beta * f * (sample.radiance * (weight / sample.pdf));
+        let weighed = |weight: f32| beta * f * (sample.radiance * (weight / sample.pdf));
+        let mut contribution = weighed(weight);
         let mut transmittance = None;
         if !contribution.is_black() {
-            let tr = self.transmittance::<VOLUMETRIC>(sample, medium);
+            let tr = self.transmittance::<VOLUMETRIC>(sample, &mut medium);
             if !tr.is_black() {
+                if VOLUMETRIC
+                    && self.world.is_endless(medium)
+                    && let Some(endless) = sample.endless_weight(self.world, pdf_scattering)
+                {
+                    weight = endless;
+                    contribution = weighed(weight);
+                }
                 self.radiance += contribution * tr;
             }
             transmittance = Some(tr);
@@ -479,13 +499,13 @@ impl<O: Observer> State<'_, O> {
     fn transmittance<const VOLUMETRIC: bool>(
         &mut self,
         sample: &LightSample,
-        medium: MediumId,
+        medium: &mut MediumId,
     ) -> Rgb {
         if VOLUMETRIC {
             let (world, rng) = (self.world, &mut self.rng);
             let tally = &mut self.counters.shadow;
             if self.past_walls {
-                world.transmittance_past_walls(sample, medium, rng, tally)
+                world.transmittance_past_walls(sample, *medium, rng, tally)
             } else {
                 world.transmittance(sample, medium, rng, tally)
             }
@@ -509,9 +529,14 @@ pub(in crate::integrator) fn stay_inside(world: &World, ray: &Ray, t: f32, hit: 
     if end - t > NEAR_WALL * size {
         return t;
     }
-    let Place { p, p_err, ng, .. } = world.place(ray, hit);
+    let Place {
+        p,
+        p_err,
+        n_surface,
+        ..
+    } = world.place(ray, hit);
     let rounding = p_err.0 + p.0.abs() * (2.0 * EPSILON) + size * (2.0 * EPSILON);
-    let reach = ng.0.abs().dot(rounding) / ng.abs_dot(ray.d);
+    let reach = n_surface.0.abs().dot(rounding) / n_surface.abs_dot(ray.d);
     if end - t > reach {
         t
     } else {

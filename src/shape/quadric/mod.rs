@@ -49,7 +49,7 @@ pub(crate) struct FormPoint {
     pub(crate) p: DVec3,
     /// Unit normal of the surface.
     pub(crate) n: DVec3,
-    /// Unit normal for shading, along ∂p/∂u × ∂p/∂v.
+    /// Unit normal along ∂p/∂u × ∂p/∂v, which is pbrt-v3's.
     pub(crate) ns: DVec3,
     pub(crate) uv: [f64; 2],
     pub(crate) dpdu: DVec3,
@@ -165,6 +165,25 @@ pub struct Quadric {
     unit: f64,
 }
 
+/// Least cosine between a normal of pbrt-v3 and that of the surface for which error boxes make up.
+const LEAST_COS: f32 = 0.01;
+
+/// What to multiply an error box with so that a point that is moved off it along `ng` is off it along `n_surface` as well:
+/// 1 where both are the same.
+fn reach_across(ng: Normal3, n_surface: Normal3, p_err: Vec3) -> f32 {
+    if ng == n_surface {
+        return 1.0;
+    }
+    let extent = |n: Normal3| n.0.abs().dot(p_err.0);
+    let cos = ng.0.dot(n_surface.0).abs().max(LEAST_COS);
+    let factor = extent(n_surface) / (extent(ng) * cos);
+    if factor.is_finite() {
+        factor.max(1.0)
+    } else {
+        1.0
+    }
+}
+
 impl Quadric {
     /// Places a form. `flip_normal` turns its normal around in object space: pbrt-v3 does so when exactly one of
     /// `ReverseOrientation` and a mirroring definition holds, so that a mirrored sphere has its normal inside.
@@ -244,7 +263,8 @@ impl Quadric {
         let (o, d) = self.object_ray(ray);
         let at = self.form.point(o + d * t as f64);
         let (p, p_err) = self.render_point(at.p);
-        let (ng, ns) = (self.render_normal(at.n), self.render_normal(at.ns));
+        let (n_surface, ng) = (self.render_normal(at.n), self.render_normal(at.ns));
+        let p_err = p_err * reach_across(ng, n_surface, p_err);
         let vector = |v: DVec3| Vec3::from_f64(self.render_from_object.vector(v));
         // By the inverse transpose of the map to world space, whichever way the normal points.
         let world_normal = |n: DVec3| self.render_from_object.normal(n) * self.unit;
@@ -258,8 +278,8 @@ impl Quadric {
             p,
             p_err,
             ng,
-            n_side: ns,
-            ns,
+            n_surface,
+            ns: ng,
             uv: at.uv.map(|x| x as f32),
             dpdu,
             dpdv,
@@ -272,7 +292,12 @@ impl Quadric {
         }
     }
 
-    /// The geometric normal of [`Quadric::surface`] alone.
+    /// Whether its normal in pbrt-v3 is not that of its surface.
+    pub fn has_normal_of_its_own(&self) -> bool {
+        matches!(self.form, Form::Hyperboloid(_))
+    }
+
+    /// [`SurfacePoint::n_surface`] of [`Quadric::surface`] alone.
     pub fn normal(&self, ray: &Ray, t: f32) -> Normal3 {
         let (o, d) = self.object_ray(ray);
         self.render_normal(self.form.normal(o + d * t as f64))

@@ -1,5 +1,5 @@
-//! Lamps that light otherwise than they show, against quadrature of the model: S w + H (1 − w) of what an ordinary one
-//! gives, where S and H say which of pbrt-v3's two halves see the lamp, and w how they share its light.
+//! Asymmetric lamps against quadrature of the model: S w + H (1 − w) of what an ordinary one gives, where S and H are 1 if
+//! light sampling and rays see the lamp in pbrt-v3, and w is the MIS weight of light sampling.
 
 use std::f64::consts::{PI, TAU};
 
@@ -7,6 +7,7 @@ use tyndall::compile::CompileOptions;
 use tyndall::ids::LightId;
 use tyndall::light::{Light, Wanted};
 use tyndall::math::{Normal3, Point3, Vec3};
+use tyndall::spectrum::copper;
 use tyndall::world::Receiver;
 
 use crate::probe::{Probe, assert_exact, assert_mean};
@@ -94,23 +95,23 @@ const ALONG: &str = "\"vector S\" [1 0 0 1 0 0 1 0 0 1 0 0]";
 const REVERSED: &str = "ReverseOrientation";
 const MIRRORED: &str = "Scale -1 1 1";
 
-/// The light on the floor below the middle of a lamp, as it is seen from one side.
-#[track_caller]
-fn assert_floor(integrator: &str, world: &str, expected: f64, what: &str) {
+/// A scene for an integrator, which may be followed by its strategy.
+fn seen_with(integrator: &str, eye: V, toward: V, world: &str) -> String {
     let (name, strategy) = integrator.split_once(' ').unwrap_or((integrator, "all"));
-    let scene = seen_by(
-        name,
-        1,
-        [0.3, 0.0, 0.3],
-        [-0.3, 0.0, -0.3],
-        &format!("{FLOOR}{world}"),
-    );
-    let with = format!("Integrator \"{name}\" \"string strategy\" \"{strategy}\"");
-    let scene = if name == "directlighting" {
+    let scene = seen_by(name, 1, eye, toward, world);
+    if name == "directlighting" {
+        let with = format!("Integrator \"{name}\" \"string strategy\" \"{strategy}\"");
         scene.replacen(&format!("Integrator \"{name}\""), &with, 1)
     } else {
         scene
-    };
+    }
+}
+
+/// The light on the floor below the middle of a lamp, as it is seen from one side.
+#[track_caller]
+fn assert_floor(integrator: &str, world: &str, expected: f64, what: &str) {
+    let world = format!("{FLOOR}{world}");
+    let scene = seen_with(integrator, [0.3, 0.0, 0.3], [-0.3, 0.0, -0.3], &world);
     let what = format!("{integrator}: {what}");
     if expected == 0.0 {
         assert_exact(&scene, [0.0; 3], &what);
@@ -167,7 +168,7 @@ fn panels() -> Vec<(&'static str, String, bool)> {
 }
 
 #[test]
-fn odd_panels_give_the_floor_their_halves() {
+fn asymmetric_panels_light_the_floor() {
     let shares = of_panel();
     // Measured in pbrt-v3's pictures as well.
     assert!((shares.all - 2.7706).abs() < 1e-3, "{}", shares.all);
@@ -189,7 +190,7 @@ fn odd_panels_give_the_floor_their_halves() {
 }
 
 #[test]
-fn mirrored_quadrics_give_the_floor_their_halves() {
+fn mirrored_quadrics_light_the_floor() {
     let shares = of_sphere(0.5);
     assert!((shares.drawn - 1.1756).abs() < 1e-3, "{}", shares.drawn);
     let at = "Translate 0 0 1 Scale 1 1 -1";
@@ -213,7 +214,7 @@ fn mirrored_quadrics_give_the_floor_their_halves() {
 }
 
 #[test]
-fn other_lights_beside_odd_lamps_are_as_ever() {
+fn other_lights_beside_asymmetric_lamps_stay() {
     let world = lamp("", &panel(true, "\"float alpha\" 0")) + &environment([2.0; 3]);
     let expected = of_panel().drawn + 2.0 * KD;
     for integrator in WEIGHED {
@@ -237,7 +238,7 @@ fn of_disk() -> Shares {
 }
 
 #[test]
-fn mirrored_disks_give_the_floor_their_halves() {
+fn mirrored_disks_light_the_floor() {
     let shares = of_disk();
     let disk = |more: &str| lamp(&format!("Translate 0 0 1 {more}"), "Shape \"disk\"");
     for integrator in ["path", "directlighting one", "bdpt", "mlt"] {
@@ -283,7 +284,7 @@ fn two_sided_lamps_that_are_turned_are_ordinary() {
         &CompileOptions::default(),
         |_| None,
     );
-    assert!(!compiled.job.world.facts().has_odd_lamps);
+    assert!(!compiled.job.world.facts().has_asymmetric_lamps);
     for integrator in ["path", "bdpt", "whitted"] {
         assert_floor(integrator, &turned, of_panel().all, "two-sided");
     }
@@ -391,6 +392,78 @@ fn lobes_share_an_invisible_panel_as_pbrt_shows_it() {
             assert!(
                 (mean - expected).abs() < error,
                 "{integrator}, {material}: {mean} is not {expected} to {error}"
+            );
+        }
+    }
+}
+
+/// Reflectance of a conductor of index of refraction `eta` + i `k` for unpolarized light (pbrt, 3rd ed., section 8.2.1).
+fn conductor(cos: f64, eta: f64, k: f64) -> f64 {
+    let (cos2, sin2) = (cos * cos, 1.0 - cos * cos);
+    let difference = eta * eta - k * k - sin2;
+    let a2_plus_b2 = (difference * difference + 4.0 * eta * eta * k * k).sqrt();
+    let a = ((a2_plus_b2 + difference) / 2.0).sqrt();
+    let across = (a2_plus_b2 + cos2 - 2.0 * cos * a) / (a2_plus_b2 + cos2 + 2.0 * cos * a);
+    let (sum, product) = (cos2 * a2_plus_b2 + sin2 * sin2, 2.0 * a * cos * sin2);
+    let along = across * (sum - product) / (sum + product);
+    (across + along) / 2.0
+}
+
+/// What copper of roughness `alpha`, seen at 45°, shows of a panel of two triangles of area 2 that lies in the mirrored
+/// direction at height 2, if only points that are drawn on it shine; in each channel.
+fn drawn_on_copper(alpha: f64) -> [f64; 3] {
+    let (cos_o, height, n) = (0.5f64.sqrt(), 2.0, 800);
+    let tan2 = |cos: f64| 1.0 / (cos * cos) - 1.0;
+    let lambda = |cos: f64| ((1.0 + alpha * alpha * tan2(cos)).sqrt() - 1.0) / 2.0;
+    let [eta, k] = [copper::eta(), copper::k()].map(|rgb| rgb.to_array().map(f64::from));
+    // Most of the places are near the middle, where the lobe is narrow.
+    let knot = |i: usize| (6.0 * (2.0 * i as f64 / n as f64 - 1.0)).sinh() / 6.0f64.sinh();
+    let middle = |i: usize| (knot(i) + knot(i + 1)) / 2.0;
+    let side = |i: usize| knot(i + 1) - knot(i);
+    let mut sums = [0.0; 3];
+    for i in 0..n {
+        for j in 0..n {
+            let (x, y) = (middle(i) - height, middle(j));
+            let d2 = x * x + y * y + height * height;
+            let d = d2.sqrt();
+            let (x, y, cos_i) = (x / d, y / d, height / d);
+            let (hx, hy, hz) = (x + cos_o, y, cos_i + cos_o);
+            let length = (hx * hx + hy * hy + hz * hz).sqrt();
+            let (cos_h, cos_facet) = (hz / length, (hx * x + hy * y + hz * cos_i) / length);
+            let spread = 1.0 + tan2(cos_h) / (alpha * alpha);
+            let facets = 1.0 / (PI * alpha * alpha * cos_h.powi(4) * spread * spread);
+            let shown = facets / (1.0 + lambda(cos_i) + lambda(cos_o)) / (4.0 * cos_i * cos_o);
+            let lobe = facets / (1.0 + lambda(cos_o)) / (4.0 * cos_o);
+            let weight = share(d2 / (cos_i * 2.0), lobe);
+            let arriving = LE * weight * cos_i * cos_i / d2 * side(i) * side(j);
+            for channel in 0..3 {
+                let reflectance = conductor(cos_facet, eta[channel], k[channel]);
+                sums[channel] += shown * arriving * reflectance;
+            }
+        }
+    }
+    sums
+}
+
+#[test]
+fn metal_mirrors_an_invisible_panel_as_far_as_drawn() {
+    let panel = panel(true, "\"float alpha\" 0");
+    let lamp = lamp("Translate -2 0 1", &panel);
+    for (roughness, red) in [(0.1, 4.37), (0.02, 1.36), (0.005, 0.37)] {
+        let expected = drawn_on_copper(roughness);
+        assert!((expected[0] - red).abs() < 0.005, "{expected:?}");
+        let floor = format!(
+            "AttributeBegin Material \"metal\" \"float roughness\" {roughness} \
+             \"bool remaproughness\" \"false\" Shape \"disk\" \"float radius\" 40 AttributeEnd\n"
+        );
+        for integrator in WEIGHED {
+            let world = floor.clone() + &lamp;
+            let scene = seen_with(integrator, [0.7, 0.0, 0.7], [-0.7, 0.0, -0.7], &world);
+            assert_mean(
+                &scene,
+                20_000,
+                expected,
+                &format!("{integrator}, roughness {roughness}"),
             );
         }
     }
