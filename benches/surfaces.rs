@@ -1,6 +1,6 @@
 //! What happens at a surface point: textures looked up, a material turned into lobes, directions drawn and judged.
 
-#[path = "../tests/common/scene.rs"]
+#[path = "../tests/it/common/scene.rs"]
 mod scene;
 
 use divan::Bencher;

@@ -1,6 +1,6 @@
 //! A block of 16 x 16 pixels of scenes of our own, all phases of the inner loop together, in camera samples.
 
-#[path = "../tests/common/scene.rs"]
+#[path = "../tests/it/common/scene.rs"]
 mod scene;
 
 use std::path::Path;

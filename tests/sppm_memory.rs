@@ -2,7 +2,7 @@
 
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
-#[path = "common/scene.rs"]
+#[path = "it/common/scene.rs"]
 mod scene;
 
 use std::sync::atomic::AtomicBool;

@@ -7,7 +7,7 @@ const INTRODUCTION: &str = "\
 # Scene format
 
 Generated from the table in `parser/src/schema/`; do not edit by hand
-(`UPDATE_EXPECT=1 cargo test --test format_doc` writes it anew).
+(`UPDATE_EXPECT=1 cargo test --test it format_doc::` writes it anew).
 
 The language is pbrt-v3's.
 A parameter is written `\"type name\" value`; a single value needs no brackets.

@@ -1,5 +1,5 @@
 //! Judges for tests: each returns a [`Verdict`], and each must reject a planted bug before it may judge the renderer
-//! (`tests/harness.rs`).
+//! (`tests/it/harness.rs`).
 //!
 //! A crate of its own, so that every test uses what it needs and no more, and so that it knows nothing of the renderer.
 
