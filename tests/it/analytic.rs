@@ -5,7 +5,6 @@
 //! scattering events, the radiance Le + (Le + E/π − Le·[E counts Le]) Σ ρᵏ; each scene below says its own sum. Inside a
 //! shell of radiance 1, a medium that only scatters changes nothing (the white furnace).
 
-
 use std::sync::atomic::AtomicBool;
 
 use crate::common::scene::compile_scene;

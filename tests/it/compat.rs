@@ -1,7 +1,6 @@
 //! What `docs/compat.md` promises: its rows name tests, loading says where pbrt-v3's own light sampling is biased, and
 //! rows that belong to no other subject hold.
 
-
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::AtomicBool;

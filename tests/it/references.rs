@@ -6,7 +6,6 @@
     reason = "a skipped test says so, and how close it was is worth reading"
 )]
 
-
 use std::path::{Path, PathBuf};
 
 use crate::common::pictures::{BLOCK, Renders, read_reference, render_seeds};

@@ -7,7 +7,6 @@ use tyndall::image::Image;
 use tyndall::render::{Job, Unwatched, render};
 use tyndall_test_support::z_test::Mean;
 
-
 use crate::common::findings::findings;
 use crate::common::scene::compile_scene;
 use crate::common::seen::{environment, seen_by};

@@ -3,7 +3,6 @@
 
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
-
 use std::f64::consts::PI;
 use std::path::Path;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};

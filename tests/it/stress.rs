@@ -19,7 +19,6 @@
     reason = "the report is worth reading while it grows"
 )]
 
-
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::sync::atomic::AtomicBool;

@@ -5,7 +5,6 @@
 
 #![expect(clippy::print_stdout, reason = "how close it was is worth reading")]
 
-
 use std::path::Path;
 
 use crate::common::pictures::{BLOCK, read_reference, render_seeds};

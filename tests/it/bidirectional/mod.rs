@@ -1,6 +1,5 @@
 //! Integrators that follow light against those that do not: the same scenes must give the same pictures.
 
-
 mod agreement;
 mod footprints;
 mod invariance;

@@ -5,8 +5,8 @@ use tyndall::image::Image;
 use tyndall::integrator::bdpt::Strategy;
 use tyndall::render::Rendered;
 
-use crate::common::scene::compile_scene;
 use crate::bidirectional::setup::rendered;
+use crate::common::scene::compile_scene;
 
 const SIDE: usize = 48;
 const SEEDS: u64 = 12;

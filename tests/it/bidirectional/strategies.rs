@@ -6,9 +6,9 @@ use tyndall::integrator::bdpt::{Strategy, Visualized};
 use tyndall::integrator::{Bdpt, Integrator};
 use tyndall::render::Job;
 
-use crate::common::findings::findings;
 use crate::bidirectional::invariance::{WINDOW, assert_identical, in_window};
 use crate::bidirectional::setup::{CAMERA, LIGHTS, ROOM, compare_pictures, job, rendered};
+use crate::common::findings::findings;
 
 const WEIGHTS: &str = "\"bdpt\" \"integer maxdepth\" 3 \"bool visualizeweights\" \"true\"";
 const STRATEGIES: &str = "\"bdpt\" \"integer maxdepth\" 2 \"bool visualizestrategies\" \"true\"";

@@ -1,6 +1,5 @@
 //! Cameras against closed forms: directions, windows, blur, lenses, motion.
 
-
 mod blur;
 mod lenses;
 mod loading;

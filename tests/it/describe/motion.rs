@@ -3,7 +3,9 @@
 use tyndall_parser::diagnostic::Severity;
 use tyndall_parser::directive::{ActiveTransform, Directive};
 
-use crate::describe::scene::{frame, make_medium, name, only, plugin, run, sphere, string, texture, world};
+use crate::describe::scene::{
+    frame, make_medium, name, only, plugin, run, sphere, string, texture, world,
+};
 
 #[test]
 fn what_cannot_move_warns() {

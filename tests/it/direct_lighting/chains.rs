@@ -1,8 +1,8 @@
 //! Chains of mirrors and glass.
 
-use crate::direct_lighting::lights::{DIRECT, direct};
 use crate::common::probe::{Probe, assert_exact, assert_mean};
 use crate::common::seen::{environment, seen_by};
+use crate::direct_lighting::lights::{DIRECT, direct};
 
 const EYE: [f64; 3] = [0.1, 0.2, 0.0];
 const AHEAD: [f64; 3] = [0.0, 0.0, 1.0];

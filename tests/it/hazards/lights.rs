@@ -4,9 +4,9 @@ use std::sync::atomic::AtomicBool;
 
 use tyndall::render::{Unwatched, render};
 
-use crate::hazards::loaded::load;
 use crate::common::probe::Probe;
 use crate::common::seen::seen_by;
+use crate::hazards::loaded::load;
 
 const FLOOR: &str = "AttributeBegin Material \"matte\" \"rgb Kd\" [1 1 1] Shape \"disk\" \"float radius\" 50 AttributeEnd\n";
 

@@ -13,12 +13,12 @@ use tyndall::sampling::rng::Rng;
 use tyndall::scatter::HenyeyGreenstein;
 use tyndall::spectrum::Rgb;
 
-use crate::hazards::loaded::{load, load_with};
 use crate::common::probe::{Probe, assert_exact, assert_mean};
 use crate::common::scene::compile_scene;
 use crate::common::solids::{
     V, coefficients, environment, homogeneous, null_box, null_sphere, translate, volpath,
 };
+use crate::hazards::loaded::{load, load_with};
 
 const ONE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];

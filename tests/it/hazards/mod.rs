@@ -3,7 +3,6 @@
 //! [`rows`] is the list, and names a test for each row, here or elsewhere; `docs/stability.md` is written from it. Tests
 //! are named by the row they stand for, and lie in a file for each family of rows.
 
-
 mod geometry;
 mod hostile;
 mod input;

@@ -3,8 +3,8 @@
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
-use crate::invariance::compared::{assert_same_mean, for_all};
 use crate::common::solids::{V, environment, homogeneous, null_box, volpath};
+use crate::invariance::compared::{assert_same_mean, for_all};
 
 /// Coefficients, asymmetry, and densities of a grid of 4 × 2 × 2.
 type Cloud = ([u8; 3], [u8; 3], i8, Vec<u8>);

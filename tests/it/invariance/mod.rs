@@ -4,7 +4,6 @@
 //! The scenes of the default run are always the same. `cargo test --test it invariance:: -- --ignored` looks at many others;
 //! the environment variable `INVARIANCE_CASES` says how many for each property.
 
-
 mod compared;
 mod footprints;
 mod media;

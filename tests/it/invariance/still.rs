@@ -3,9 +3,11 @@
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
-use crate::invariance::compared::{assert_alike, assert_identical, assert_same_mean, for_all, job, picture};
-use crate::invariance::scenes::{Stand, Still, still};
 use crate::common::solids::null_sphere;
+use crate::invariance::compared::{
+    assert_alike, assert_identical, assert_same_mean, for_all, job, picture,
+};
+use crate::invariance::scenes::{Stand, Still, still};
 
 const ALL: &[&str] = &["path", "volpath", "bdpt", "directlighting"];
 const PATHS: &[&str] = &["path", "volpath"];

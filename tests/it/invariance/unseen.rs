@@ -3,7 +3,9 @@
 use proptest::prelude::*;
 use proptest::test_runner::TestCaseError;
 
-use crate::invariance::compared::{assert_close, assert_identical, assert_same_mean, for_all, job, picture};
+use crate::invariance::compared::{
+    assert_close, assert_identical, assert_same_mean, for_all, job, picture,
+};
 use crate::invariance::scenes::{Form, HIDING_BALL, Stand, Still, TEXTURES, decorated, still};
 
 const WITHOUT_LIGHT_PATHS: &[&str] = &[

@@ -2,11 +2,11 @@
 
 use std::f64::consts::PI;
 
-use crate::media::nebula::Nebula;
 use crate::common::probe::{Probe, assert_exact, assert_mean};
 use crate::common::solids::{
     V, box_shape, environment, homogeneous, null_box, null_sphere, seen_by, translate, volpath,
 };
+use crate::media::nebula::Nebula;
 
 const ONE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];

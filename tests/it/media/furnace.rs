@@ -1,8 +1,10 @@
 //! A medium that absorbs nothing changes nothing in a uniform light.
 
-use crate::media::nebula::Nebula;
 use crate::common::probe::assert_mean;
-use crate::common::solids::{V, environment, homogeneous, null_box, null_sphere, translate, volpath};
+use crate::common::solids::{
+    V, environment, homogeneous, null_box, null_sphere, translate, volpath,
+};
+use crate::media::nebula::Nebula;
 
 const ONE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];

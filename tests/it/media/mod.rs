@@ -1,6 +1,5 @@
 //! Media against closed forms and quadrature, each channel to four standard errors.
 
-
 mod boundaries;
 mod furnace;
 mod multiple_scattering;

@@ -5,9 +5,9 @@ use std::f64::consts::{PI, TAU};
 use tyndall_test_support::Uniform;
 use tyndall_test_support::z_test::Mean;
 
-use crate::media::nebula::Nebula;
 use crate::common::probe::Probe;
 use crate::common::solids::{V, environment, homogeneous, null_box, volpath};
+use crate::media::nebula::Nebula;
 use crate::media::vectors::{along, dot, span_in_box, tangents, unit};
 
 const EYE: V = [0.13, 0.21, -5.0];

@@ -5,8 +5,8 @@ use std::f64::consts::PI;
 use tyndall_test_support::z_test::Mean;
 
 use crate::common::probe::{Probe, assert_mean};
-use crate::media::single_scattering::henyey_greenstein;
 use crate::common::solids::{V, homogeneous, null_box, volpath};
+use crate::media::single_scattering::henyey_greenstein;
 use crate::media::vectors::{along, cross, dot, span_in_box, unit};
 
 /// Homogeneous fog.

@@ -7,11 +7,11 @@ use tyndall::image::Image;
 use tyndall::integrator::trace::Unobserved;
 use tyndall::render::{Job, Unwatched, render, retake};
 
-use crate::media::nebula::Nebula;
 use crate::common::scene::compile_scene;
 use crate::common::seen::{environment, seen_by};
-use crate::media::skies::{SKY, map};
 use crate::common::solids::{V, null_box};
+use crate::media::nebula::Nebula;
+use crate::media::skies::{SKY, map};
 
 const SIZE: usize = 12;
 const SPP: u32 = 4;

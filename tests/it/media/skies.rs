@@ -6,10 +6,10 @@ use tyndall::light::Wanted;
 use tyndall::math::Point3;
 use tyndall::world::{LightStrategy, World};
 
-use crate::media::nebula::Nebula;
 use crate::common::probe::{Probe, assert_exact, assert_mean};
 use crate::common::scene::compile_scene;
 use crate::common::solids::{V, homogeneous, null_box, null_sphere, seen_by};
+use crate::media::nebula::Nebula;
 
 const FILM: &str =
     "Film \"image\" \"integer xresolution\" 1 \"integer yresolution\" 1\nPixelFilter \"box\"\n";

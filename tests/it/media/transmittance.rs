@@ -1,8 +1,8 @@
 //! What arrives through media unscattered.
 
-use crate::media::nebula::Nebula;
 use crate::common::probe::{Probe, assert_exact, assert_mean};
 use crate::common::solids::{V, environment, homogeneous, null_box, null_sphere, volpath};
+use crate::media::nebula::Nebula;
 
 const WHITE: V = [1.0; 3];
 const NOTHING: V = [0.0; 3];

@@ -305,7 +305,8 @@ fn every_lobe_has_a_density_where_it_scatters() {
 
 #[test]
 fn n03_samples_are_sound_at_the_ends_of_the_random_numbers_and_of_the_angles() {
-    let grazing = [1e-3, 1e-5, 1e-7, 1e-20, -1e-5, -1e-20].map(|z| crate::scatter::cases::at(z, 40.0));
+    let grazing =
+        [1e-3, 1e-5, 1e-7, 1e-20, -1e-5, -1e-20].map(|z| crate::scatter::cases::at(z, 40.0));
     let views: Vec<_> = views().into_iter().chain(grazing).collect();
     for (name, lobe) in smooth_lobes().into_iter().chain(narrow_lobes()) {
         let bsdf = surface([lobe]);

@@ -9,11 +9,11 @@ use tyndall::scatter::{Bsdf, Bxdf, TransportMode};
 use tyndall_test_support::Uniform;
 use tyndall_test_support::z_test::Mean;
 
+use crate::common::scene::compile_scene;
+use crate::common::seen::{environment, seen_by};
 use crate::scatter::cases::{
     LOSSLESS, any_direction, glass, metal, narrow_lobes, smooth_lobes, surface, views,
 };
-use crate::common::scene::compile_scene;
-use crate::common::seen::{environment, seen_by};
 
 /// Mean weight of `n` drawn directions.
 fn albedo_by_sampling(bsdf: &Bsdf, wo: Vec3, mode: TransportMode, n: usize) -> Mean {

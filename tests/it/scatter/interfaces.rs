@@ -4,9 +4,9 @@ use tyndall::scatter::{Bxdf, TransportMode};
 use tyndall_test_support::Uniform;
 use tyndall_test_support::z_test::Mean;
 
-use crate::scatter::cases::{glass, surface, views};
 use crate::common::probe::{Probe, assert_exact, assert_mean};
 use crate::common::seen::{environment, seen_by};
+use crate::scatter::cases::{glass, surface, views};
 
 const EYE: [f64; 3] = [0.1, 0.2, -5.0];
 const AHEAD: [f64; 3] = [0.02, -0.03, 1.0];

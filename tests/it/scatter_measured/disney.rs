@@ -16,8 +16,8 @@ use tyndall_test_support::Uniform;
 use tyndall_test_support::chi2::{Chi2, Hemisphere, Sphere};
 use tyndall_test_support::z_test::Mean;
 
-use crate::scatter_measured::lit;
 use crate::common::probe::Probe;
+use crate::scatter_measured::lit;
 
 use TransportMode::Radiance;
 

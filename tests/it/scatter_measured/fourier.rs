@@ -18,9 +18,9 @@ use tyndall_test_support::chi2::{Chi2, Sphere};
 use tyndall_test_support::z_test::Mean;
 
 use crate::common::findings::findings;
-use crate::scatter_measured::lit;
 use crate::common::probe::{Probe, assert_exact};
 use crate::common::scene::compile_scene;
+use crate::scatter_measured::lit;
 
 use TransportMode::{Importance, Radiance};
 

@@ -1,8 +1,8 @@
 //! Hair: its lobes are densities, its samples follow them, and fibres that absorb nothing vanish in a uniform sky.
 
 use crate::common::findings::findings;
-use crate::scatter_measured::lit;
 use crate::common::probe::assert_mean;
+use crate::scatter_measured::lit;
 use tyndall::math::Vec3;
 use tyndall::scatter::hair::{Hair, sigma_a_from_color, sigma_a_from_melanin};
 use tyndall::spectrum::Rgb;

@@ -3,7 +3,6 @@
 
 #![expect(clippy::print_stdout, reason = "a skipped test says so")]
 
-
 mod disney;
 mod fourier;
 mod hair;

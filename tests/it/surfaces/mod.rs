@@ -1,6 +1,5 @@
 //! Surfaces and pictures against closed forms and against themselves: moved, scaled, cropped, on other threads.
 
-
 mod direct;
 mod film;
 mod furnace;

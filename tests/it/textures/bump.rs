@@ -10,8 +10,8 @@ use tyndall::texture::{
     Bilerp, FloatSource, Mapping2, Source, Texture, TextureContext, Textures, UvMapping,
 };
 
-use crate::textures::at::{constant, uv};
 use crate::common::scene::compile_scene;
+use crate::textures::at::{constant, uv};
 
 /// The plane z = 0 where (u, v) = (x / 2, y / 4), seen at (0.6, 1.2).
 fn plane() -> SurfacePoint {

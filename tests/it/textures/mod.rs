@@ -1,6 +1,5 @@
 //! Textures against closed forms, against independent evaluations and under absurd input.
 
-
 mod at;
 mod bump;
 mod checkerboard;
