@@ -126,7 +126,7 @@ impl Frame {
     }
 }
 
-/// Whether a text holds directives, if with mistakes: at least a tenth of the lines that begin with a word begin with the
+/// Whether a text holds directives, if with mistakes: at least a quarter of the lines that begin with a word begin with the
 /// name of one. `Include` does not count: files of other programs have it.
 fn has_directives(text: &[u8]) -> bool {
     let (mut n_words, mut n_directives) = (0usize, 0usize);
@@ -140,7 +140,7 @@ fn has_directives(text: &[u8]) -> bool {
             n_directives += usize::from(is_one);
         }
     }
-    n_directives > 0 && 10 * n_directives >= n_words
+    n_directives > 0 && 4 * n_directives >= n_words
 }
 
 /// The tokens of a scene across all its files, with one token of push-back.

@@ -3,8 +3,6 @@
 //! The references are ours, made as the README beside them says: this test keeps the renderer from changing what it
 //! shows, while `references.rs` holds it to pbrt-v3.
 
-#![expect(clippy::print_stdout, reason = "how close it was is worth reading")]
-
 use std::path::Path;
 
 use crate::common::pictures::{BLOCK, read_reference, render_seeds};

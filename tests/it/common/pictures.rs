@@ -8,6 +8,8 @@
 //! its value, by which the reference is rounded. The whole picture's mean may be off by `MEAN_TOLERANCE` plus four
 //! standard errors.
 
+#![expect(clippy::print_stdout, reason = "how close it was is worth reading")]
+
 use std::path::Path;
 use std::sync::atomic::AtomicBool;
 
