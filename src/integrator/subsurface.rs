@@ -31,6 +31,8 @@ pub struct Entry<'a> {
 /// Where light comes back.
 #[derive(Clone, Copy, Debug)]
 pub struct Exit {
+    /// The ray that found it, from either side.
+    pub ray: Ray,
     /// The hit.
     pub hit: Hit,
     /// The surface there.
@@ -102,6 +104,7 @@ pub fn sample_exit(
             let pdf = density(bssrdf, &channels, &axes, offset, &surface);
             let weight = bssrdf.sp(offset.length()) * (roulette / pdf);
             let exit = Exit {
+                ray,
                 hit,
                 surface,
                 weight,

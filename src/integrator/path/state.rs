@@ -358,7 +358,18 @@ impl<O: Observer> State<'_, O> {
         let mut bsdf = Bsdf::new(frame, surface.ng);
         bsdf.add(Bxdf::SubsurfaceExit(bssrdf.exit()));
         let wo = Vec3::from(surface.ns);
-        self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo, None)
+        let below = self.medium;
+        let above = if VOLUMETRIC && !self.past_walls {
+            self.world
+                .medium_out_of_stack(&exit.ray, &exit.hit, wo, below)
+        } else {
+            None
+        };
+        if let Some(above) = above {
+            self.medium = above;
+        }
+        let through = above.map(|_| below);
+        self.scatter_by::<VOLUMETRIC>(&exit.hit, surface, &bsdf, wo, through)
             .is_some()
     }
 

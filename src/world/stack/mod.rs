@@ -283,19 +283,32 @@ impl World {
     /// before all of them: what stays on the near side stays in `medium`.
     #[inline]
     pub fn medium_through_stack(&self, ray: &Ray, hit: &Hit, medium: MediumId) -> Option<MediumId> {
+        self.medium_out_of_stack(ray, hit, ray.d, medium)
+    }
+
+    /// The medium that light comes to which leaves from below a surface, found by `ray`, in direction `d`, if boundaries
+    /// lie in the place of the surface; `medium` is below.
+    #[inline]
+    pub fn medium_out_of_stack(
+        &self,
+        ray: &Ray,
+        hit: &Hit,
+        d: Vec3,
+        medium: MediumId,
+    ) -> Option<MediumId> {
         if self.may_be_stacked(hit.target) {
-            self.medium_through(ray, hit, medium)
+            self.medium_out_of(ray, hit, d, medium)
         } else {
             None
         }
     }
 
     #[cold]
-    fn medium_through(&self, ray: &Ray, hit: &Hit, medium: MediumId) -> Option<MediumId> {
+    fn medium_out_of(&self, ray: &Ray, hit: &Hit, d: Vec3, medium: MediumId) -> Option<MediumId> {
         let place = self.bare_place(ray, hit);
         let stack = self.stack(ray, hit, &place, |_| true)?;
         let has_boundary = stack.others.iter().any(|m| self.is_boundary(&m.hit));
-        has_boundary.then(|| self.lead_through(hit, &place, &stack, ray.d, medium).0)
+        has_boundary.then(|| self.lead_through(hit, &place, &stack, d, medium).0)
     }
 
     #[cold]

@@ -515,3 +515,31 @@ fn a_fog_cut_in_boxes_is_one_fog() {
         }
     }
 }
+
+/// Skin on which fog lies.
+fn skin_under_fog(gap: f64) -> String {
+    let (skin, fog) = (
+        box_shape([-2.0, -2.0, -0.5], [2.0, 2.0, 0.0]),
+        box_shape([-1.0, -1.0, gap], [1.0, 1.0, 1.0]),
+    );
+    format!(
+        "Film \"image\" \"integer xresolution\" 8 \"integer yresolution\" 8\n\
+         PixelFilter \"box\"\nSampler \"random\" \"integer pixelsamples\" 16\n\
+         Integrator \"volpath\" \"integer maxdepth\" 6\n\
+         LookAt 0 -2 4  0 0 0  0 1 0\nCamera \"perspective\" \"float fov\" 30\nWorldBegin\n\
+         LightSource \"infinite\" \"rgb L\" [1 1 1]\n{}\
+         AttributeBegin Material \"subsurface\" \"rgb sigma_a\" [.02 .05 .1] \"rgb sigma_s\" [8 6 9] \"float scale\" 1\n{skin} AttributeEnd\n\
+         AttributeBegin Material \"\" MediumInterface \"thick\" \"\"\n{fog} AttributeEnd\nWorldEnd\n",
+        homogeneous("thick", [0.6, 0.2, 0.1], [0.3, 0.5, 0.9], 0.0),
+    )
+}
+
+#[test]
+fn light_comes_out_of_skin_into_the_fog_on_it() {
+    let (apart, _) = means(&skin_under_fog(GAP));
+    let (together, counters) = means(&skin_under_fog(0.0));
+    assert_sound(&counters, "skin under fog");
+    for (a, b) in apart.iter().zip(&together) {
+        a.agrees_with_mean(b).assert_accepted("skin under fog");
+    }
+}
