@@ -101,11 +101,17 @@ impl Probe {
 /// Radiance that needs no dice: every sample must be the expected value.
 #[track_caller]
 pub(crate) fn assert_exact(scene: &str, expected: [f64; 3], what: &str) {
+    assert_within(scene, expected, PRECISION, what);
+}
+
+/// The same to a relative error.
+#[track_caller]
+pub(crate) fn assert_within(scene: &str, expected: [f64; 3], tolerance: f64, what: &str) {
     for sample in Probe::new(scene).samples(16) {
         for (actual, expected) in sample.into_iter().zip(expected) {
             let error = (f64::from(actual) - expected).abs();
             assert!(
-                error <= PRECISION * expected.abs(),
+                error <= tolerance * expected.abs(),
                 "{what}: {sample:?} is not {expected}"
             );
         }
