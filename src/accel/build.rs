@@ -477,7 +477,12 @@ fn divide(level: Level, items: &mut [Item], part: &Part, depth: usize) -> ArrayV
         Level::Avx2(avx2) => pulp::Simd::vectorize(
             avx2,
             #[inline(always)]
-            || divide_with(avx2, items, part, depth),
+            || {
+                // A closure that gives away what it holds is called directly. Any other goes through a shim of the
+                // language, which may be compiled elsewhere, without AVX2: then each operation on lanes is a call.
+                let items = items;
+                divide_with(avx2, items, part, depth)
+            },
         ),
     }
 }
