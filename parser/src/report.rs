@@ -20,33 +20,30 @@ impl Report {
     /// Records a finding.
     pub(crate) fn push(&mut self, diagnostic: Diagnostic) {
         self.n_fatal += usize::from(diagnostic.severity == Severity::Fatal);
-        let key = (diagnostic.code, diagnostic.severity);
-        let slot = self
-            .counts
-            .iter_mut()
-            .find(|(code, severity, _)| (*code, *severity) == key);
-        let count = match slot {
-            Some((_, _, count)) => {
-                *count += 1;
-                *count
-            }
-            None => {
-                self.counts.push((key.0, key.1, 1));
-                1
-            }
-        };
-        if count <= MAX_PER_CODE {
+        let count = self.count_of(diagnostic.severity, diagnostic.code);
+        *count += 1;
+        if *count <= MAX_PER_CODE {
             self.kept.push(diagnostic);
         }
     }
 
+    /// How many findings of a kind there were.
+    fn count_of(&mut self, severity: Severity, code: &'static str) -> &mut usize {
+        let of_kind = |(c, s, _): &(&str, Severity, usize)| (*c, *s) == (code, severity);
+        let index = self.counts.iter().position(of_kind);
+        let index = index.unwrap_or_else(|| {
+            self.counts.push((code, severity, 0));
+            self.counts.len() - 1
+        });
+        &mut self.counts[index].2
+    }
+
     /// Counts a finding of which so many were kept that this one would not be, and says so: it need not be put into words.
     pub(crate) fn only_counts(&mut self, severity: Severity, code: &'static str) -> bool {
-        let key = (code, severity);
-        let slot = self.counts.iter_mut().find(|(c, s, _)| (*c, *s) == key);
-        let Some((_, _, count)) = slot.filter(|(_, _, count)| *count >= MAX_PER_CODE) else {
+        let count = self.count_of(severity, code);
+        if *count < MAX_PER_CODE {
             return false;
-        };
+        }
         *count += 1;
         self.n_fatal += usize::from(severity == Severity::Fatal);
         true
@@ -80,5 +77,33 @@ impl Report {
             ));
         }
         self.kept
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_is_only_counted_is_counted_as_what_is_told() {
+        let told = |is_short: bool| {
+            let mut report = Report::default();
+            for _ in 0..MAX_PER_CODE + 7 {
+                if !(is_short && report.only_counts(Severity::Warning, "kind")) {
+                    report.push(Diagnostic::new(
+                        Severity::Warning,
+                        "kind",
+                        None,
+                        "it".into(),
+                    ));
+                }
+            }
+            let found = report.finish();
+            let messages = found.list.iter().map(|found| found.message.clone());
+            messages.collect::<Vec<String>>()
+        };
+        assert_eq!(told(true), told(false));
+        assert_eq!(told(true).len(), MAX_PER_CODE + 1);
+        assert!(told(true)[MAX_PER_CODE].starts_with("7 more"));
     }
 }

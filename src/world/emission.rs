@@ -410,10 +410,9 @@ impl World {
         } else {
             mixed(other, own)
         };
-        let start = match is_aimed {
-            true => self.start_near(light, p, d, aim.radius, time),
-            false => None,
-        };
+        let start = is_aimed
+            .then(|| self.start_near(light, p, d, aim.radius, time))
+            .flatten();
         let p = start.unwrap_or_else(|| p - d * ((p - scene.center).dot(d) + scene.radius));
         (Point3::from_f64(p), pdf as f32)
     }
@@ -450,7 +449,7 @@ impl World {
                 return Some(near - d * beyond);
             };
             let surface = self.surface(&ray, &hit);
-            ray = spawn_ray(surface.p, surface.p_err, surface.ng, back, time);
+            ray = spawn_ray(surface.p, surface.p_err, surface.n_surface, back, time);
         }
         None
     }

@@ -70,12 +70,12 @@ pub(super) struct SharedTrees {
     /// Emitters, and places, that are lamps by themselves; copies follow.
     n_alone: usize,
     trees: Vec<LightTree>,
-    copies: Vec<Copy>,
+    copies: Vec<LampCopy>,
 }
 
 /// A copy of lamps.
 #[derive(Clone, Debug)]
-struct Copy {
+struct LampCopy {
     /// Its first place.
     first: usize,
     tree: usize,
@@ -83,7 +83,7 @@ struct Copy {
     first_from_render: DAffine3,
 }
 
-impl Copy {
+impl LampCopy {
     /// A receiver as the first copy sees it. Where copies are not similar, which side of a lamp it is on stays as it is,
     /// and angles serve as a guess.
     #[inline]
@@ -125,7 +125,7 @@ impl SharedTrees {
 
 /// Copies in the making.
 #[derive(Default)]
-pub(super) struct Sharing {
+pub(super) struct SharedTreesBuilder {
     shared: SharedTrees,
     /// What stands for each copy in the tree of all.
     pub(super) emitters: Vec<Emitter>,
@@ -134,7 +134,7 @@ pub(super) struct Sharing {
 }
 
 /// What there is to know of a copy.
-struct Known {
+struct Candidate {
     copy: usize,
     first_from_render: Transform,
     whole: Emitter,
@@ -144,7 +144,7 @@ struct Known {
     slack: f64,
 }
 
-impl Sharing {
+impl SharedTreesBuilder {
     /// Shares one tree between copies of lamps, but for those that are too different. `emitter` tells of a light.
     pub(super) fn share(
         &mut self,
@@ -198,7 +198,7 @@ impl Sharing {
             let slack = OPERATIONS
                 * f64::from(EPSILON)
                 * (farthest(&all.bounds) + stretch * farthest(&whole.bounds));
-            (slack <= MAX_SLACK * size && turn <= MAX_TURN).then_some(Known {
+            (slack <= MAX_SLACK * size && turn <= MAX_TURN).then_some(Candidate {
                 copy,
                 first_from_render,
                 whole,
@@ -206,8 +206,8 @@ impl Sharing {
                 slack,
             })
         };
-        let known: Vec<Option<Known>> = order.par_iter().map(know).collect();
-        let known: Vec<Known> = known.into_iter().flatten().collect();
+        let known: Vec<Option<Candidate>> = order.par_iter().map(know).collect();
+        let known: Vec<Candidate> = known.into_iter().flatten().collect();
         let slack = known.iter().map(|known| known.slack).fold(0.0, f64::max);
         let turn = known.iter().map(|known| known.turn).fold(0.0, f32::max);
         for emitter in &mut own {
@@ -226,7 +226,7 @@ impl Sharing {
         };
         self.shared.trees.push(tree);
         for known in known {
-            self.shared.copies.push(Copy {
+            self.shared.copies.push(LampCopy {
                 first: self.lights.len(),
                 tree: self.shared.trees.len() - 1,
                 first_from_render: *known.first_from_render.affine(),
@@ -262,8 +262,8 @@ fn farthest(bounds: &Bounds3) -> f64 {
 
 impl World {
     /// What copies of lamps share.
-    pub(super) fn share_lamps(&self, copies: &[LampCopies]) -> Sharing {
-        let mut sharing = Sharing::default();
+    pub(super) fn share_lamps(&self, copies: &[LampCopies]) -> SharedTreesBuilder {
+        let mut sharing = SharedTreesBuilder::default();
         let mut copies: Vec<&LampCopies> = copies.iter().collect();
         copies.sort_by_cached_key(|copies| copies.first_lights().min());
         for copies in copies {
